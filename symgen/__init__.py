@@ -31,7 +31,7 @@ def _modules() -> dict[str, str]:
 
 
 def load_views() -> Views:
-    """Return how results are shown, see `symgen.views`."""
+    """Return the functions that display results, see `symgen.views`."""
     import importlib
 
     return importlib.import_module("symgen.report.views")  # type: ignore[return-value]

@@ -1,6 +1,6 @@
 """The command symgen, and python -m symgen.
 
-Little is imported before `main` runs: until then Ctrl-C is the interpreter's traceback.
+Little is imported before `main` runs, because Ctrl-C would print a traceback until then.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from types import FrameType
 
 
 def main() -> None:
-    """Run the command line; Ctrl-C while it is being imported is a line, too."""
+    """Run the command line. Ctrl-C during the imports also prints only one line."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _leave)
     from symgen.cli import main as run
@@ -20,7 +20,7 @@ def main() -> None:
         if signal.getsignal(signal.SIGINT) is _leave:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         run()
-    except KeyboardInterrupt:  # before it looked for one, or after
+    except KeyboardInterrupt:  # before or after `main` handles it
         _leave()
 
 

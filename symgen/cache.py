@@ -1,8 +1,8 @@
-"""The private cache folder of derived and compiled models; the digest of its sources names a file.
+"""The private cache folder of derived and compiled models. File names are digests of the sources.
 
-symgen runs modules from this folder. So the folder is private (0700), and symgen refuses one that
-another user owns or may write. A file gets its name after it is complete. If two processes make the
-same file at once, the second replaces the first.
+symgen runs modules from this folder. The folder is therefore private (0700), and symgen refuses one
+that another user owns or may write. A file gets its name only when it is complete. If two processes
+write the same file at once, the second one replaces the first.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def digest(*parts: str | bytes) -> str:
 
 
 def cache_folder() -> Path:
-    """Return the folder: SYMGEN_CACHE, or symgen's in the user's cache folder."""
+    """Return the folder: SYMGEN_CACHE, or a folder in the user's cache folder."""
     chosen = os.environ.get("SYMGEN_CACHE")
     if chosen:
         return Path(chosen)
@@ -41,23 +41,23 @@ def cache_folder() -> Path:
             base = Path.home() / "Library" / "Caches"
         else:
             base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    except RuntimeError:  # a user without a home
+    except RuntimeError:  # a user without a home folder
         return _spare()
     return base / "symgen"
 
 
 def _spare() -> Path:
-    """Return a folder in the temporary folder for this user."""
+    """Return a folder for this user in the temporary folder."""
     user = os.environ.get("USER") or os.environ.get("USERNAME") or "user"
     return Path(tempfile.gettempdir()) / f"symgen-{user}"
 
 
 def private_folder() -> Path:
-    """Make and return the folder, or where it cannot be written one in the temporary folder.
+    """Create and return the folder; if it is not writable, one in the temporary folder.
 
     Raises:
-        BuildError: there is no folder, or it is a link, somebody else's, or one that others may
-            write: what is loaded from it runs with the rights of this user.
+        BuildError: there is no folder, or it is a link, or another user owns it or may write it.
+            Modules from the folder run with the rights of this user.
     """
     folder = cache_folder()
     try:
@@ -84,7 +84,7 @@ def private_folder() -> Path:
 
 
 def _make_private(folder: Path) -> None:
-    """Make a folder and those above it that are missing, each for this user alone."""
+    """Create a folder and its missing parents, each for this user alone."""
     for parent in reversed(folder.parents):
         if not parent.exists():
             parent.mkdir(mode=0o700, exist_ok=True)
@@ -93,7 +93,7 @@ def _make_private(folder: Path) -> None:
 
 def _foreign(status: os.stat_result) -> str:
     """Return why other users can change a folder; "" if they cannot."""
-    if not hasattr(os, "getuid"):  # Windows keeps others out of a user's folders by itself
+    if not hasattr(os, "getuid"):  # Windows protects the folders of a user by default
         return ""
     if status.st_uid != os.getuid():
         return "belongs to another user"

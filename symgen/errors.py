@@ -6,10 +6,10 @@ import unicodedata
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-#: Characters to keep at the start and at the end of a long message.
+#: Number of characters to keep at the start and at the end of a long message.
 _START, _END = 1500, 300
-#: Unicode categories that a terminal obeys or cannot show: control characters, marks of direction,
-#: lone surrogates, line and paragraph separators.
+#: Unicode categories that a terminal interprets or cannot display: control characters, marks of
+#: direction, lone surrogates, line and paragraph separators.
 _UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
 
 
@@ -36,12 +36,12 @@ def message(text: str) -> str:
 
 
 def first_of(items: Sequence[str], most: int = 8) -> str:
-    """List the first items; dots follow if there are more."""
+    """List the first items, with dots if there are more."""
     return ", ".join(items[:most]) + (", ..." if len(items) > most else "")
 
 
-def told_by(error: Exception) -> str:
-    """Return the message of an exception in one line of at most 300 characters."""
+def message_of(error: Exception) -> str:
+    """Return the message of an exception as one line of at most 300 characters."""
     line = " ".join(str(getattr(error, "strerror", None) or error).split())
     return line if len(line) <= 300 else f"{line[:297]}..."
 

@@ -1,12 +1,12 @@
-"""Writing of folders and files completely or not at all, JSON and TOML texts, and templates.
+"""Write folders and files completely or not at all; JSON and TOML texts, and templates.
 
 symgen writes a folder under a temporary name in the same parent folder. One system call then
 exchanges it with the old folder. A killed process leaves the complete old folder or the complete
-new one. A system without this call needs two steps; a process that is killed between them leaves
-the old folder as `.NAME-old`, which no run removes.
+new one. A system without this call needs two steps. A process that is killed between them leaves
+the old folder as `.NAME-old`, which symgen never removes.
 
-The record of a folder, `.symgen.sha256`, has the names and the SHA-256 of its files. symgen does
-not replace a folder with other files, or with a file that somebody changed.
+The record of a folder, `.symgen.sha256`, contains the names and the SHA-256 of its files. symgen
+does not replace a folder with other files, or with changed files.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
 
 RECORD = ".symgen.sha256"
 _PART = ".symgen-part-"
-#: Age from which a temporary folder belongs to no running process, s.
+#: Age in s from which no running process uses a temporary folder.
 _STALE = 86_400.0
-#: Foreign files that a message names.
+#: Maximum number of foreign files in a message.
 _NAMED = 5
 _HERE, _EXCHANGE, _SWAP = -100, 2, 2  # AT_FDCWD, RENAME_EXCHANGE (Linux), RENAME_SWAP (macOS)
-#: 200 parts of a key of TOML with dots behind them; a part is bare or in quotes, and short, so that
+#: 200 parts of a TOML key, each followed by a dot. A part is bare or in quotes, and short, so that
 #: the search takes a time in proportion to the text.
 _LONG_KEY = re.compile(
     r"""(?:(?:"(?:[^"\\\n]|\\.){0,200}+"|'[^'\n]{0,200}+'|(?<![\w-])[\w-]{1,200}+)"""
@@ -48,15 +48,15 @@ _MARK = "# written by symgen, digest "
 
 
 def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
-    """Write a folder of files in one step; an older one of the same kind is replaced.
+    """Write a folder of files in one step; it replaces an older one of the same kind.
 
     Args:
-        folder: where; its parents are made.
+        folder: path of the folder; missing parents are created.
         files: relative path and content of each file.
-        marker: the file that tells what kind of folder it is.
+        marker: the file that identifies the kind of folder.
 
     Raises:
-        PackageError: the folder holds something else, or cannot be written.
+        PackageError: the folder contains other files, or cannot be written.
     """
     check_replaceable(folder, marker)
     folder = folder.absolute()
@@ -76,7 +76,7 @@ def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
 
 
 def _move_in(fresh: Path, folder: Path) -> None:
-    """Move a new folder to its place; the old one takes the temporary name."""
+    """Move a new folder to its place; the old folder gets the temporary name."""
     if not folder.exists() or not any(folder.iterdir()):
         fresh.rename(folder)
     elif not _exchanged(fresh, folder):
@@ -94,7 +94,8 @@ def _exchanged(one: Path, other: Path) -> bool:
     import ctypes
 
     a, b = os.fsencode(one), os.fsencode(other)
-    with suppress(AttributeError, OSError, TypeError):  # no such call in this system's library
+    # the library of this system has no such call
+    with suppress(AttributeError, OSError, TypeError):
         library = ctypes.CDLL(None)
         if sys.platform == "darwin":
             return bool(library.renamex_np(a, b, _SWAP) == 0)
@@ -104,7 +105,9 @@ def _exchanged(one: Path, other: Path) -> bool:
 
 @contextmanager
 def _temporary_folder(parent: Path) -> Iterator[Path]:
-    """Yield a temporary folder in `parent`; remove it afterwards, and old ones of killed runs."""
+    """Yield a temporary folder in `parent` and remove it afterwards, as well as old ones of killed
+    runs.
+    """
     for leftover in parent.glob(f"{_PART}*"):
         with suppress(OSError):
             if time.time() - leftover.lstat().st_mtime > _STALE:
@@ -117,11 +120,11 @@ def _temporary_folder(parent: Path) -> Iterator[Path]:
 
 
 def check_replaceable(folder: Path, marker: str) -> None:
-    """Check that a folder is absent, empty or as symgen wrote it, before its content is made.
+    """Check that a folder is absent, empty or as symgen wrote it.
 
     Raises:
-        PackageError: it is no folder, holds another kind of result, files that are not in its
-            record or files that were changed, or is the current folder.
+        PackageError: the path is not a folder, or is the current folder. Or the folder contains
+            another kind of result, files that are not in its record, or changed files.
     """
     accepted = "accepted: a new or empty folder, or one that symgen wrote"
     with located(str(folder) if len(str(folder)) < 200 else f"{str(folder)[:200]}..."):
@@ -150,7 +153,7 @@ def check_replaceable(folder: Path, marker: str) -> None:
 
 
 def _read_record(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of the files that symgen wrote into a folder; empty without a record."""
+    """Return the SHA-256 of the files that symgen wrote into a folder; {} without a record."""
     record: dict[str, str] = {}
     path = folder / RECORD
     if path.is_file() and not path.is_symlink():
@@ -161,7 +164,7 @@ def _read_record(folder: Path) -> dict[str, str]:
 
 
 def _foreign_files(folder: Path, record: Mapping[str, str]) -> list[str]:
-    """Return the paths in a folder that are not in its record, or were changed."""
+    """Return the paths in a folder that are not in its record, or that were changed."""
     foreign = []
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
@@ -183,7 +186,7 @@ def load_json(text: str) -> Any:
     """Return the content of a JSON text of unknown origin: finite numbers, texts of one line.
 
     Raises:
-        ValueError: it is no JSON, or has a number that is none in double precision.
+        ValueError: it is not JSON, or has a number beyond double precision.
         RecursionError: it is nested too deeply.
     """
 
@@ -204,8 +207,8 @@ def load_toml(text: str, parse_float: Callable[[str], Any] = float) -> dict[str,
     """Return the content of a TOML text of unknown origin.
 
     Raises:
-        ValueError: it is no TOML, or has a key of 200 parts or more: the time that one takes grows
-            with the square of its parts, to hours for a file of some 100 kB.
+        ValueError: it is not TOML, or has a key with 200 parts or more. The time to read such a key
+            grows with the square of its parts, to hours for a file of some 100 kB.
         RecursionError: it is nested too deeply.
     """
     import tomllib
@@ -226,39 +229,39 @@ def _plain(content: Any) -> Any:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file in one step. Its first line has a digest of the rest.
+    """Write a text file in one step. Its first line contains a digest of the rest.
 
     Raises:
-        PackageError: the path holds something else, or a file that was changed since, or cannot
-            be written.
+        PackageError: the path contains another file, or a text that was changed since, or is not
+            writable.
     """
     check_text_replaceable(path)
     replace_file(path, f"{_MARK}{_digest(text)}\n{text}".encode())
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Write a file in one step, in place of what was there.
+    """Write a file in one step and replace an older one.
 
     Raises:
-        PackageError: it cannot be written.
+        PackageError: the file cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        replace_whole(path, content)
+        replace_in_one_step(path, content)
     except OSError as error:
         raise PackageError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
-def replace_whole(path: Path, content: bytes, mode: int = 0o666) -> None:
+def replace_in_one_step(path: Path, content: bytes, mode: int = 0o666) -> None:
     """Write a file under a temporary name in the same folder, and rename it.
 
     Args:
-        path: of the file.
-        content: of it.
-        mode: its permissions, less those that the user's umask takes away.
+        path: path of the file.
+        content: content of the file.
+        mode: permissions of the file, before the user's umask.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     with _temporary_folder(path.parent) as part:
         fresh = part / path.name
@@ -268,14 +271,14 @@ def replace_whole(path: Path, content: bytes, mode: int = 0o666) -> None:
 
 
 def write_files(files: Iterable[tuple[Path, bytes]]) -> None:
-    """Write new files, all of them or none.
+    """Write new files, either all or none.
 
     Args:
-        files: path and content of each. The iterator makes a content after the previous file is
-            on the disk.
+        files: path and content of each file. The iterator makes a content after the previous file
+            is on the disk.
 
     Raises:
-        PackageError: a path is taken, or cannot be written.
+        PackageError: a path exists, or cannot be written.
     """
     done: list[Path] = []
     path = Path()
@@ -283,7 +286,7 @@ def write_files(files: Iterable[tuple[Path, bytes]]) -> None:
         for path, content in files:
             check_new(path)
             path.parent.mkdir(parents=True, exist_ok=True)
-            replace_whole(path, content)
+            replace_in_one_step(path, content)
             done.append(path)
     except BaseException as error:
         for finished in done:
@@ -295,20 +298,16 @@ def write_files(files: Iterable[tuple[Path, bytes]]) -> None:
 
 
 def check_new(path: Path) -> None:
-    """Check that nothing is at a path.
-
-    Raises:
-        PackageError: something is.
-    """
+    """Raise PackageError if a path exists."""
     if os.path.lexists(path):
         raise PackageError(f"{path}: exists; accepted: a new file")
 
 
 def check_text_replaceable(path: Path) -> None:
-    """Check that a path is free, or holds a text that symgen wrote and nobody changed.
+    """Check that a path is free, or contains an unchanged text of symgen.
 
     Raises:
-        PackageError: it holds something else.
+        PackageError: it contains something else.
     """
     accepted = "accepted: a new file, or one that symgen wrote and nobody changed"
     with located(path):
@@ -329,7 +328,7 @@ def _digest(text: str) -> str:
 
 
 def json_text(value: Any, indent: str = "") -> str:
-    """Return JSON text in which a list of numbers or texts takes one line.
+    """Return JSON text with each list of numbers or texts in one line.
 
     Raises:
         ValueError: a number is not finite.
@@ -346,7 +345,7 @@ def json_text(value: Any, indent: str = "") -> str:
     return f"{start}\n{inner}" + f",\n{inner}".join(items) + f"\n{indent}{end}"
 
 
-#: What templates of a folder need: TeX has braces and percent signs of its own.
+#: Syntax of the templates of a folder: TeX itself uses braces and percent signs.
 _SYNTAX: dict[str, dict[str, Any]] = {
     "tex": {
         "block_start_string": "<%",
@@ -361,11 +360,11 @@ _SYNTAX: dict[str, dict[str, Any]] = {
 
 
 def rendered(template: str, **data: Any) -> str:
-    """Return a template with its data put in.
+    """Return a template with its data inserted.
 
     Args:
-        template: its folder and name, such as "c/values.h".
-        data: every name that it uses; one that is missing is an error.
+        template: folder and name of the template, such as "c/values.h".
+        data: all names of the template; a missing one is an error.
     """
     folder, name = template.split("/", 1)
     return str(_environment(folder).get_template(name).render(**data))
@@ -387,7 +386,7 @@ def _environment(folder: str) -> jinja2.Environment:
 
 
 def html_table(caption: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table as HTML, as notebooks show it."""
+    """Return a table as HTML for notebooks."""
     return rendered("report/table.html", caption=caption, header=header, rows=rows)
 
 

@@ -1,7 +1,7 @@
-"""Spelling of symbols, order of parameters and units: the field's terms, in one place.
+"""Spelling of symbols, order of parameters and units: the terms of the field, in one place.
 
-Khalil and Kleinfinger's modified Denavit-Hartenberg notation; the standard inertial parameters of
-link j are expressed in frame j, about its origin.
+The notation is Khalil and Kleinfinger's modified Denavit-Hartenberg notation. The standard inertial
+parameters of link j are expressed in frame j, about its origin.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ FRICTION = {"coulomb": "FS", "viscous": "FV", "offset": "OF"}
 COUPLING_INERTIA = "IAM"
 COUPLING_FRICTION = ("FVM", "FSM")
 
-#: How the base of a robot stands: it is at rest, or an IMU on it measures its motion.
+#: Bases of a robot: at rest, or with an IMU that measures its motion.
 BASES = ("fixed", "imu")
-#: What the IMU measures, in the axes of the base: specific force a - g, m/s2, and angular velocity,
-#: rad/s, with its derivative. They are inputs of kernels and, but for wd, columns of logs.
+#: Measurements of the IMU in the axes of the base: specific force a - g, m/s2, and angular
+#: velocity, rad/s, with its derivative. They are inputs of kernels and, except for wd, columns of
+#: logs.
 BASE = ("f", "w", "wd")
 
 _UNITS = {
@@ -38,7 +39,7 @@ _UNITS = {
     **dict.fromkeys(("FS", "OF", "FSM"), "N m"),
     **dict.fromkeys(("FV", "FVM"), "N m s/rad"),
 }
-#: Those that are others where the joint slides.
+#: Units that differ for a prismatic joint.
 _SLIDING = {ROTOR: "kg", COUPLING_INERTIA: "kg", "FV": "N s/m", "FVM": "N s/m"}
 _SLIDING |= dict.fromkeys(("FS", "OF", "FSM"), "N")
 
@@ -47,8 +48,8 @@ def unit(prefix: str, sigma: int) -> str:
     """Return the SI unit of a standard parameter.
 
     Args:
-        prefix: the parameter's name without its joint number, for example "XX" or "FS".
-        sigma: type of the joint that carries it (0 revolute, 1 prismatic, 2 fixed).
+        prefix: name of the parameter without its joint number, for example "XX" or "FS".
+        sigma: type of its joint (0 revolute, 1 prismatic, 2 fixed).
     """
     return (_UNITS | _SLIDING if sigma == PRISMATIC else _UNITS)[prefix]
 
@@ -57,7 +58,7 @@ def joints_in_words(numbers: Sequence[int], labels: Mapping[int, str]) -> str:
     """Return joints for a message: "joint 2", "joints 2 and 3", "elbow (2) and wrist (3)".
 
     Args:
-        numbers: of the joints in the robot file.
+        numbers: joint numbers in the robot file.
         labels: number -> label, from `joint_label`.
     """
     known = [labels.get(number, f"joint {number}") for number in numbers]
@@ -69,6 +70,6 @@ def joints_in_words(numbers: Sequence[int], labels: Mapping[int, str]) -> str:
 
 
 def joint_label(number: int, name: str) -> str:
-    """Return how results call a joint: by its name, where the file has one, and by its number."""
+    """Return the label of a joint in results: its name, if the file has one, and its number."""
     short = name if len(name) <= NAME else f"{name[: NAME - 3]}..."
     return f"{short} ({number})" if name else f"joint {number}"

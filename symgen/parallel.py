@@ -14,21 +14,21 @@ from symgen.errors import SymgenError
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-#: Callbacks for the current step in words, and for the finished share, from 0 to 1.
+#: Callbacks for the current step as text, and for the finished share, from 0 to 1.
 Say = Callable[[str], None]
 Meter = Callable[[float], None]
-_MOST = 4  # threads of this process: each holds what it works on
+_MOST = 4  # maximum number of threads in this process; each one needs memory for its work
 
 
 def silent(_: object) -> None:
     """Report no progress."""
 
 
-def own_threads() -> int:
-    """Return how many threads of this process work at once: one a core, at most four."""
+def thread_count() -> int:
+    """Return the number of threads of this process to use: one a core, at most four."""
     try:
         cores = len(os.sched_getaffinity(0))
-    except AttributeError:  # not on this system
+    except AttributeError:  # missing on this system
         cores = os.cpu_count() or 1
     return min(cores, _MOST)
 
@@ -39,9 +39,10 @@ def in_order(
     threads: int,
     executor: Executor | None = None,
 ) -> Iterator[Result]:
-    """Yield the results of some items in their order, and work on later items meanwhile.
+    """Yield the results of items in their order; later items are already in progress.
 
-    An error is raised when the result of its item is due. Items that have not begun are cancelled.
+    An error is raised when the result of its item is due. Items that have not started are
+    cancelled.
 
     Args:
         function: computes the result of an item; it must be thread-safe.
@@ -76,7 +77,8 @@ def executor_of(workers: int | None, scheduler: str | None) -> Iterator[Executor
         scheduler: address of a Dask scheduler, which keeps running.
 
     Raises:
-        SymgenError: both are given, Dask is not installed, or no scheduler answers there.
+        SymgenError: both options are set, Dask is not installed, or no scheduler answers at the
+            address.
     """
     if workers is not None and scheduler is not None:
         raise SymgenError("--workers and --scheduler; accepted: one of them")

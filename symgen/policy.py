@@ -1,43 +1,48 @@
-"""What matters, how sure is sure, and how large is large: the limits by which symgen decides.
+"""Limits by which symgen decides: what matters, how certain is certain, and how large is large.
 
-Every limit that changes a verdict, an adoption or a choice stands here, with the reason for it and
-the measurement that chose it. Numbers of an algorithm (orders, tolerances, grids) stay beside it.
+This file contains every limit that changes a verdict, an adoption or a choice, with its reason and
+the measurement that chose it. Numbers of an algorithm (orders, tolerances, grids) are in the file
+of the algorithm.
 """
 
 from __future__ import annotations
 
 import math
 
-#: Smallest torque that matters, part of a joint's torque: what engineers leave alone (`--least`).
+#: Smallest torque that matters, relative to the torque of the joint: engineers ignore less
+#: (`--least`).
 LEAST = 0.008
-#: Smallest error of a model to expect, part of a joint's torque (`--misfit`).
+#: Smallest error to expect of a model, relative to the torque of the joint (`--misfit`).
 MISFIT = 0.004
-#: Torque error on other motion up to which a model is good, and usable (`--accept`): a feed-forward
-#: at 5 % leaves the feedback a twentieth of the work; above 10 % it needs another look.
+#: Torque error on other motion up to which a model is good, and usable (`--accept`). At 5 %, a
+#: feed-forward leaves the feedback a twentieth of the work; above 10 %, check the model.
 GOOD, ACCEPT = 0.05, 0.10
-#: A part of the motion with this many times the error of all is named.
+#: A part of the motion with this many times the total error is reported.
 VARIES = 2.5
-#: Standard deviation up to which a parameter is known, part of its value.
+#: Relative standard deviation up to which a parameter counts as known.
 KNOWN = 0.3
-#: Standard deviations beyond which a difference is not chance: one of 370 by a normal law.
+#: Number of standard deviations above which a difference is not chance: 1 of 370 for a normal
+#: distribution.
 BEYOND = 3.0
-#: Error of a single joint from which it is listed with its N m.
+#: Relative error of a single joint from which it is listed with its error in N m.
 JOINT = 0.30
-#: A model can be simulated if its position error on held-out motion is below these parts of the
-#: distance moved: after the first horizon (0.2 s) it has to be nearer than a robot that stands
-#: still; after the last (1 s) it leaves 30 %. Of ten simulated arms whose torques have a misfit of
-#: 1 %, all leave less than 12 % after 1 s; of thirteen with 5 %, eleven less than 30 %.
+#: Limits of the position error on held-out motion, relative to the distance moved, for a model to
+#: be good for simulation. After the first horizon (0.2 s), the model must be nearer than a robot at
+#: rest. After the last one (1 s), the error must be below 30 %. Of ten simulated arms with a torque
+#: misfit of 1 %, all have errors below 12 % after 1 s; of thirteen with 5 %, eleven have errors
+#: below 30 %.
 NEARER, SIMULATES = 1.0, 0.3
 #: The nearest possible robot is the estimate unless its held-out error exceeds that of least
-#: squares by `LEAST` and by this part.
+#: squares by `LEAST` and by this share.
 POSSIBLE = 0.10
-#: An effect is shown as the cause if it leaves at most this part of its joint's error above the
-#: noise floor on other motion. Of 59 simulated logs, right names left 1 to 32 %, false 59 to 97.
+#: An effect is shown as the cause if at most this share of its joint's error above the noise floor
+#: remains on other motion. In 59 simulated logs, right effects left 1 to 32 %, false ones 59 to 97
+#: %.
 SHOWN = 0.5
-#: Gap after, of the torque, up to which a diagnosis is "explained".
+#: Largest torque gap after a diagnosis that counts as "explained".
 EXPLAINED = 0.15
 #: Log-odds above which one of two explanations is certain: nine to one.
 SURE = math.log(9.0)
-#: Error of a joint's torque above which the motion itself is doubted: signs, exchanged joints,
-#: other gears and another gravity leave more.
+#: Torque error of a joint above which the motion itself is in doubt. Wrong signs, exchanged joints,
+#: wrong gears and another gravity cause larger errors.
 LOUD = 0.3

@@ -28,14 +28,14 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from symgen.errors import ParameterError, told_by
+from symgen.errors import ParameterError, message_of
 from symgen.files import load_json
 
 Result = TypeVar("Result")
-#: Numbers that are null in a file if they are NaN, or infinite.
+#: Numbers that are null in a file if they are NaN or infinite.
 OrNan = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 OrInf = Annotated[float, BeforeValidator(lambda value: math.inf if value is None else value)]
-_adapter = cache(TypeAdapter)  # to make one takes longer than to read a file
+_adapter = cache(TypeAdapter)  # cached, because making an adapter takes longer than reading a file
 #: Mark of a field that is not in the file.
 BESIDE = GetPydanticSchema(lambda *_: core_schema.any_schema())
 #: Mark of a field without a key if it is None.
@@ -67,19 +67,19 @@ def at(key: str) -> Any:
     """Return the mark of a field with another key.
 
     Args:
-        key: "residual.train" is the key train of the object residual, which is null where all of
-            its fields are None.
+        key: "residual.train" is the key train of the object residual, which is null if all of its
+            fields are None.
     """
     group, *inner = key.split(".")
     choices = [AliasPath(group, *inner)]
     if inner:
-        choices.append(AliasPath(group))  # null, where the object is
+        choices.append(AliasPath(group))  # the object may be null
     return Field(validation_alias=AliasChoices(*choices))
 
 
 @cache
 def fields_in_file(kind: Any) -> list[tuple[str, list[Any], Form | None, bool]]:
-    """Return the fields in a file: name, path, form, and whether it may have no key."""
+    """Return the fields in a file: name, path, form, and whether the key may be missing."""
     out, hints = [], get_type_hints(kind, include_extras=True)
     for f in fields(kind):
         marks = getattr(hints[f.name], "__metadata__", ())
@@ -98,7 +98,7 @@ def to_json(result: Any, schema: str) -> dict[str, Any]:
 
 
 def as_json(value: Any) -> Any:
-    """Return a value as JSON has it: dataclasses and named tuples by their fields."""
+    """Return a value as JSON: dataclasses and named tuples become objects."""
     if is_dataclass(value):
         return _as_object(value)
     if hasattr(value, "_asdict"):
@@ -125,23 +125,23 @@ def _as_object(value: Any) -> dict[str, Any]:
     return out
 
 
-def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside: Any) -> Result:
-    """Return the result that a JSON file holds.
+def from_json(kind: type[Result], content: dict[str, Any], file: Path, **more: Any) -> Result:
+    """Return the result in a JSON file.
 
     Args:
         kind: the dataclass. Keys of its `GONE`, which earlier versions wrote, are ignored.
-        content: of the file, its schema known.
-        file: for messages.
-        beside: values of the fields that are not in the file.
+        content: content of the file, with a known schema.
+        file: path for messages.
+        more: values of the fields that are not in the file.
 
     Raises:
-        ParameterError: the content is another.
+        ParameterError: the content does not match the dataclass.
     """
     gone = {"schema", *getattr(kind, "GONE", ())}
     given = {key: value for key, value in content.items() if key not in gone}
     known = _adapter(kind)  # type: ignore[arg-type]  # a class is hashable
     try:
-        text = json.dumps({**given, **dict.fromkeys(beside)})
+        text = json.dumps({**given, **dict.fromkeys(more)})
         read = known.validate_json(text, strict=True)
         where, what = _unknown(given, as_json(read)), "an unknown key"
     except ValidationError as error:
@@ -152,46 +152,48 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside:
         raise ParameterError(
             f"{file}: damaged at {where[:100]}: {what[:200]}; accepted: {schema} symgen writes"
         )
-    found: Result = replace(read, **beside) if beside else read
+    found: Result = replace(read, **more) if more else read
     return found
 
 
-def _unknown(given: Any, written: Any) -> str:
-    """Return the first key of a file that writing the result would not write; "" if none."""
+def _unknown(content: Any, written: Any) -> str:
+    """Return the first key in a file that symgen would not write for the result; "" if there is
+    none.
+    """
     pairs: list[tuple[str, Any, Any]] = []
-    if isinstance(given, dict) and isinstance(written, dict):
-        for key, value in given.items():
+    if isinstance(content, dict) and isinstance(written, dict):
+        for key, value in content.items():
             if key not in written:
                 return str(key)
             pairs.append((key, value, written[key]))
-    elif isinstance(given, list) and isinstance(written, list):
-        pairs += [(str(k), *both) for k, both in enumerate(zip(given, written, strict=False))]
+    elif isinstance(content, list) and isinstance(written, list):
+        pairs += [(str(k), *both) for k, both in enumerate(zip(content, written, strict=False))]
     inner = ((key, _unknown(value, other)) for key, value, other in pairs)
     return next((f"{key}.{where}" for key, where in inner if where), "")
 
 
 def result_file(path: str | Path, name: str) -> Path:
-    """Return the JSON file of a result: the path itself, or of this name in that folder."""
+    """Return the JSON file of a result: the path itself, or the file `name` in that folder."""
     path = Path(path)
     return path / name if path.is_dir() else path
 
 
-def read_result(kind: type[Result], file: Path, *schemas: str, **beside: Any) -> Result:
-    """Return the result that a JSON file of one of some schemas holds; see `from_json`."""
-    return from_json(kind, read_json(file, *schemas), file, **beside)
+def read_result(kind: type[Result], file: Path, *schemas: str, **more: Any) -> Result:
+    """Return the result in a JSON file with one of some schemas; see `from_json`."""
+    return from_json(kind, read_json(file, *schemas), file, **more)
 
 
 def read_json(file: Path, *schemas: str) -> dict[str, Any]:
-    """Return the content of a JSON file of one of some schemas.
+    """Return the content of a JSON file with one of some schemas.
 
     Raises:
-        ParameterError: it cannot be read, or is of another kind.
+        ParameterError: the file cannot be read, or is of another kind.
     """
     try:
         content = load_json(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise ParameterError(
-            f"{file}: cannot be read ({told_by(error)}); accepted: schema {schemas[0]}"
+            f"{file}: cannot be read ({message_of(error)}); accepted: schema {schemas[0]}"
         ) from error
     found = content.get("schema") if isinstance(content, dict) else None
     if found not in schemas:

@@ -1,4 +1,4 @@
-"""Views of results in Python: plots and notebook panels, which the report layer makes."""
+"""Views of results in Python: plots and notebook panels from the report package."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any, Protocol
 
 
 class Figure(Protocol):
-    """A figure of a page, which a notebook shows."""
+    """A figure of a page, which a notebook displays."""
 
     def save(self, path: str | Path) -> None:
-        """Write it as a file."""
+        """Write the figure to a file."""
 
 
 class Views(Protocol):
-    """The functions of the report layer."""
+    """The functions of the report package."""
 
     def figure(self, result: Any, name: str | None) -> Figure:
         """Return a figure of the page of a result."""
@@ -33,13 +33,13 @@ class Viewable:
     """A result with the views of its page: a panel in notebooks, and figures."""
 
     def plot(self, name: str | None = None) -> Figure:
-        """Return a figure of the report page; a notebook shows it, `.save(path)` writes it.
+        """Return a figure of the report page; a notebook displays it, `.save(path)` writes it.
 
         Args:
             name: heading of the figure on the page; by default its first figure.
 
         Raises:
-            ParameterError: the page has no figure of this name; the message lists the names.
+            ParameterError: the page has no figure with this name; the message lists the names.
         """
         return _views().figure(self, name)
 

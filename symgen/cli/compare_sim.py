@@ -1,4 +1,4 @@
-"""The command `compare-sim`: how far simulated robots are from logs."""
+"""The command `compare-sim`: position errors of simulated robots against logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""symgen demo on the command line."""
+"""The command `demo`."""
 
 from __future__ import annotations
 

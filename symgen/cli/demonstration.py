@@ -1,4 +1,6 @@
-"""What `symgen demo` shows: a 7-axis arm with a spring that its robot file does not declare."""
+"""The demonstration of `symgen demo`: a 7-axis arm with a spring that its robot file does not
+declare.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     from symgen.identification.estimate import Estimate
 
 LOGS = ("train.csv", "test.csv")
-#: What the robot file knows: the joints of the Panda, and how far and fast they may move.
+#: The content of the robot file: the joints of the Panda, with their limits of position and speed.
 FILE = f"""{library_text("panda")}
 [limits]
 position = [[-2.7, 2.7], [-1.6, 1.6], [-2.7, 2.7], [-2.9, -0.2], [-2.7, 2.7], [0.1, 3.6], [-2.7, 2.7]]
@@ -28,8 +30,8 @@ velocity = [1.8, 1.8, 1.8, 1.8, 2.2, 2.2, 2.2]
 """  # noqa: E501
 HIDDEN, JOINT, STIFFNESS = "gravity_spring", 2, 60.0  # N m/rad
 SPRING = f'\n[[effect]]\nname = "{HIDDEN}"\njoints = [{JOINT}]\n'
-#: Of each link: mass in kg, centre of mass in its frame in m, radius of the equal ball in m; of
-#: each joint: rotor inertia in kg m2, Coulomb friction in N m, viscous friction in N m s/rad.
+#: For each link: mass in kg, centre of mass in its frame in m, radius of an equivalent ball in m.
+#: For each joint: rotor inertia in kg m2, Coulomb friction in N m, viscous friction in N m s/rad.
 _LINKS = (
     (4.0, (0.00, -0.03, -0.10), 0.08, (0.90, 4.0, 3.0)),
     (4.2, (0.00, -0.10, 0.03), 0.08, (1.00, 4.5, 3.5)),
@@ -58,14 +60,14 @@ def true_parameters() -> dict[str, float]:
 
 @dataclass(frozen=True, eq=False)
 class Demonstration:
-    """A robot file, two logs, and what symgen makes of them.
+    """A robot file, two logs, and the results of symgen.
 
     Attributes:
-        logs: of training and of validation, each another motion.
-        before: the estimate with the robot file as it is.
-        why: what the diagnosis finds missing.
-        after: the estimate with what was found.
-        microseconds: that one call of the inverse dynamics takes, and by what.
+        logs: training and validation log, with different motions.
+        before: the estimate with the original robot file.
+        why: the diagnosis.
+        after: the estimate with the effects of the diagnosis.
+        microseconds: duration of one call of the inverse dynamics, and its backend.
     """
 
     logs: tuple[Simulation, Simulation]
@@ -75,7 +77,7 @@ class Demonstration:
     microseconds: tuple[float, str]
 
     def files(self, summary: str) -> dict[str, bytes]:
-        """Return the JSON of this name, the robot file, the logs and the folders of results."""
+        """Return the JSON with this name, the robot file, the logs and the folders of results."""
         from symgen.report.store import Result, result_files
 
         results: dict[str, Result] = {
@@ -100,7 +102,7 @@ class Demonstration:
         }
 
     def lines(self) -> Iterator[str]:
-        """Yield what a terminal shows, step by step."""
+        """Yield the lines for the terminal, step by step."""
         logs = "train.csv --validation test.csv"
         yield f"A simulated 7-axis arm has a spring of {STIFFNESS:g} N m/rad on joint {JOINT}."
         yield "robot.toml does not declare it."
@@ -133,10 +135,10 @@ def _error(estimate: Estimate) -> float:
 
 
 def demonstrate(told: Callable[[str], None]) -> Demonstration:
-    """Simulate the arm with its spring, and identify and diagnose it without.
+    """Simulate the arm with its spring; identify and diagnose it without the spring.
 
     Args:
-        told: is told what is being done.
+        told: called with a text about the current step.
     """
     import symgen
     from symgen.identification.parameters import base_values

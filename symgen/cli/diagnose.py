@@ -21,7 +21,7 @@ from symgen.cli.options import (
 from symgen.cli.progress import stages
 from symgen.report.terminal import print_result
 
-#: First word of a progress message, and the share of the time that has passed by then.
+#: First word of a progress message, and the share of the time that has passed before it.
 _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.2,
                "looking": 0.6, "writing": 0.85}  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""The command `doctor`: the state of this machine."""
+"""The command `doctor`: the state of the installation."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ def doctor() -> int:
     found = examine()
     table(("", "found"), [(f.name if f.well else f"{f.name} !", f.found) for f in found])
     for f in found:
-        if f.advice:  # one line, to copy: a narrow table would break it
+        if f.advice:  # one line to copy, which a narrow table would break
             click.echo(f"{f.name}: {f.advice}")
     return 0 if all(f.well for f in found) else 1

@@ -60,7 +60,7 @@ def export(
         if len(kinds) > 1 or not kinds <= {".urdf", ".xml"}:
             raise click.UsageError(f"{path}: accepted: both end in .urdf, or both in .xml")
     found, known = exports.read_identified(estimate, robot)
-    for log in logs:  # a log that cannot be read leaves no file
+    for log in logs:  # read first, so that an unreadable log leaves no file
         open_samples(log, known or read_robot(copied), reading)
     say_progress("deriving the model, and finding link parameters")
     marked = copied.read_bytes().startswith(b"\xef\xbb\xbf") if copied.is_file() else False
@@ -115,7 +115,7 @@ def export(
 
 
 def _same_robot(path: Path, source: Path) -> bool:
-    """Whether a file that would be replaced is of the robot of another one."""
+    """Return whether two files describe the same robot, so that one may replace the other."""
     from symgen.identification.parameters import with_fixed_links
     from symgen.robot.toml_io import read_imported
 

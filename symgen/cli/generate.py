@@ -13,7 +13,7 @@ from symgen.cli.options import DTYPES, EXACT, PATH, ROBOT, TARGETS, one_of, spli
 from symgen.cli.progress import meter, say_progress
 from symgen.report.terminal import print_model
 
-#: Approximate share of the time that derivation takes; proof and writing take the rest.
+#: Approximate share of the time for derivation; proof and writing take the rest.
 _DERIVING = 0.6
 
 

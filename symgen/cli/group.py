@@ -1,4 +1,4 @@
-"""The command line: parse, call one public function, print.
+"""The command line: parse the arguments, call one public function, print the result.
 
 Results go to stdout and to files, progress and messages to stderr. Exit code 0: done. 1: done, and
 the answer is "no". 2: failed.
@@ -37,7 +37,7 @@ _SETTINGS = {
     "max_content_width": 100,
     "show_default": True,
 }
-#: Environment variable with which a shell asks for completion.
+#: Environment variable of a shell that requests completion.
 COMPLETE = "_SYMGEN_COMPLETE"
 
 
@@ -56,17 +56,18 @@ for _command in (compare_sim, demo, diagnose, doctor, excite, explain, export,
 
 def main() -> None:
     """Run the command line and exit; each expected error prints one line to stderr."""
-    # The matrices are small, so BLAS threads spend their time waiting for each other: ten times
-    # slower on a busy machine. This must be set before NumPy is imported.
+    # The matrices are small, so BLAS threads mostly wait for each other: ten times slower on a busy
+    # computer. The variable must be set before NumPy is imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # The kernels of a large robot repeat many expressions, and SymPy keeps only the last 1000 that
-    # each of its functions made. These take 100 MB at most; SymPy must be imported later, too.
+    # The kernels of a large robot repeat many expressions, and by default SymPy caches only 1000
+    # results of each function. This cache takes 100 MB at most. SymPy must be imported later.
     os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
     arguments = sys.argv[1:]
     debug = "--debug" in arguments
     if debug:
         arguments = ["--debug", *(a for a in arguments if a != "--debug")]
-    if isinstance(sys.stdout, io.TextIOWrapper):  # names may have letters that the terminal lacks
+    # names may have letters that the terminal does not support
+    if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
     warnings.simplefilter("always", SymgenWarning)
     shown = warnings.showwarning
@@ -91,7 +92,7 @@ def main() -> None:
     except (KeyboardInterrupt, click.Abort):
         click.echo("symgen: interrupted", err=True)
         code = 130
-    except BrokenPipeError:  # the reader closed the pipe: it has read enough
+    except BrokenPipeError:  # the reader closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
     except OSError as error:

@@ -27,7 +27,7 @@ from symgen.cli.progress import stages
 from symgen.policy import ACCEPT, LEAST
 from symgen.report.terminal import print_result
 
-#: First word of a progress message, and the share of the time that has passed by then.
+#: First word of a progress message, and the share of the time that has passed before it.
 _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0.5,
                 "solving": 0.7, "judging": 0.75, "writing": 0.85}  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Options that several commands share, and the end of a command."""
+"""Options that several commands share, and the output of results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from symgen.report.terminal import print_result
 
 
 def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Any]:
-    """Complete ROBOT: built-in robots and robot files in this folder, else any file."""
+    """Complete ROBOT with built-in robots and robot files in this folder, or else any file."""
     from click.shell_completion import CompletionItem
 
     from symgen.robot.builtin import library
@@ -29,7 +29,7 @@ def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Any]:
 
 
 def _opposite(_context: Any, _option: Any, given: bool) -> bool:
-    """Return what a --no option says of the thing itself."""
+    """Convert the flag of a --no option to the value of the option itself."""
     return not given
 
 
@@ -127,7 +127,9 @@ METHODS = ("auto", "wls", "ols", "huber", "tls", "iv", "consistent", "recursive"
 
 
 def into(marker: str, **options: Any) -> Command:
-    """Return the option --into of a result folder; it must be new or hold a file `marker`."""
+    """Return the option --into of a result folder; the folder must be new or contain a file
+    `marker`.
+    """
 
     def replaceable(_context: Any, _option: Any, folder: Path) -> Path:
         from symgen.files import check_replaceable
@@ -262,7 +264,7 @@ def reading_options(command: Command, start: str = "--from") -> Command:
         except (
             IdentificationError,
             LogError,
-        ) as error:  # only here is the robot file of the advice known
+        ) as error:  # only here, the robot file for the advice is known
             given = (options["robot"], *options.get("paths", ()))  # the robot, or the first file
             robot = next((str(path) for path in given if path is not None), "FILE")
             text = str(error)
@@ -306,8 +308,8 @@ def again(command: str = "", **changed: str) -> str:
     """Return this command, or another one with the same options, as a line for the shell.
 
     Args:
-        command: name of the other command. It gets the options of this one that it has, too.
-        changed: arguments and options by the names of their parameters -> new values.
+        command: name of the other command. It gets the options of this command that it also has.
+        changed: new values of arguments and options, by parameter name.
     """
     context = click.get_current_context()
     group = context.parent.command if context.parent else None

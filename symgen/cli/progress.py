@@ -24,7 +24,7 @@ def say_progress(message: str) -> None:
 def meter(label: str) -> Iterator[Callable[[float], None]]:
     """Yield a function that takes the finished share of a job (0 to 1) and shows it as a bar.
 
-    The bar appears on a terminal after 2 s, with the estimated time that remains.
+    The bar appears on a terminal after 2 s, with the estimated remaining time.
     """
     with _bar() as (bar, task, advance):
         bar.update(task, description=label)
@@ -33,7 +33,7 @@ def meter(label: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
-    """Yield a `say_progress` that also moves a bar when a stage begins.
+    """Yield a `say_progress` that also moves a bar at the start of a stage.
 
     A message with a count, "days: 3 of 12 days", moves the bar within its stage.
 
@@ -86,7 +86,7 @@ def _bar() -> Iterator[tuple[Any, Any, Callable[[float], None]]]:
 
 
 def _left(elapsed: float, part: float) -> str:
-    """Return the estimated remaining time as text; "" while it is too early to tell."""
+    """Return the estimated remaining time as text; "" if it is too early for an estimate."""
     if not 0.02 < part < 1:
         return ""
     left = elapsed * (1 - part) / part

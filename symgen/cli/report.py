@@ -1,4 +1,4 @@
-"""The command `report`: a result again, or a comparison of two estimates."""
+"""The command `report`: print a result again, or compare two estimates."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Print a tape as C99: one `const` for each step.
 
 Terms and factors keep the order of the tape, and literals come from `repr`, so the text depends
-only on the robot. Each output is stored as soon as it is known; waiting would fill the registers.
+only on the robot. Each output is stored as soon as it is computed, because unstored values would
+fill the registers.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from symgen.errors import SymgenError
 from symgen.symbolic.tape import Steps, Values
 
 DTYPES = ("double", "float")
-_ANGLES = (4, 2, 1)  # numbers of angles that the package's sincos takes at once
+_ANGLES = (4, 2, 1)  # numbers of angles for which the package has a combined sincos
 _ZEROS = 4  # zeros that one loop iteration stores
 _FUNCTIONS = {
     **{name: name for name in ("sin", "cos", "tanh", "sign", "exp", "log")},
@@ -28,7 +29,7 @@ _FUNCTIONS = {
 
 @dataclass(frozen=True)
 class CFunction:
-    """The lines of a kernel's body, and what they need, for a template."""
+    """The lines of a kernel body and the functions that they need, for a template."""
 
     body: tuple[str, ...]
     needs_math: bool
@@ -52,15 +53,15 @@ def _decimal(digits: str) -> str:
 
 
 class Printer:
-    """Writes the body of one kernel. Subclasses write other kinds of values.
+    """Writes the body of one kernel. Subclasses write other types of values.
 
     Args:
         kernel: the kernel.
         geometry: named length -> its macro.
         values: named length -> exact value, for derived constants.
         dtype: double or float.
-        prefix: prefix of the package's names. In double, its sincos then takes several angles at
-            once. With None, libm's functions take one angle.
+        prefix: prefix of the names in the package. In double, its sincos then takes several angles
+            at once. With None, the functions of libm take one angle each.
     """
 
     def __init__(
@@ -119,7 +120,7 @@ class Printer:
         return CFunction(tuple(lines), needs_math, bool(calls))
 
     def verdict(self) -> list[str]:
-        """Return the array of the guards of a kernel; the template makes its status of them."""
+        """Return the array of the guards of a kernel; the template derives its status from them."""
         count = len(self.kernel.guards)
         guards = [self.expression(e) for e in self.tape.outputs[self.kernel.size :]]
         return [f"const {self.dtype} guard[{count}] = {{ {', '.join(guards)} }};"] if count else []
@@ -139,7 +140,7 @@ class Printer:
             at.setdefault(None, []).extend(self.cleared(output.name, zeros))
             for i, result in enumerate(results):
                 place = f"{output.name}[{i}]"
-                if result != 0 and self.word.get(result) != place:  # not unchanged entries
+                if result != 0 and self.word.get(result) != place:  # leave out unchanged entries
                     (symbol,) = result.free_symbols & steps or {None}
                     line = self.stored(place, result)
                     at.setdefault(symbol, []).append(line)
@@ -150,19 +151,19 @@ class Printer:
         zero = literal(sp.S.Zero, self.dtype)
         for _, group in groupby(enumerate(places), key=lambda pair: pair[1] - pair[0]):
             run = [place for _, place in group]
-            whole = len(run) // _ZEROS * _ZEROS if len(run) >= 2 * _ZEROS else 0
-            if whole:
-                end = run[0] + whole
+            multiple = len(run) // _ZEROS * _ZEROS if len(run) >= 2 * _ZEROS else 0
+            if multiple:
+                end = run[0] + multiple
                 yield f"for (size_t i = {run[0]}u; i < {end}u; i += {_ZEROS}u) {{"
                 yield from (f"    {name}[i + {k}u] = {zero};" for k in range(_ZEROS))
                 yield "}"
-            yield from (f"{name}[{i}] = {zero};" for i in run[whole:])
+            yield from (f"{name}[{i}] = {zero};" for i in run[multiple:])
 
-    def angles(self, own: str) -> tuple[Steps, list[str]]:
-        """Return the steps that lead to joint angles, and the sincos calls for all of them.
+    def angles(self, prefix: str) -> tuple[Steps, list[str]]:
+        """Return the steps that joint angles need, and the sincos calls for all angles.
 
-        Neighbours in an input array are read from there; other angles are gathered. libm computes
-        angles that depend on the cosine of another angle.
+        Neighbours in an input array are read in place; other angles are gathered. Angles that
+        depend on the cosine of another angle use libm.
         """
         known = {s: (name, i) for name, group in self.tape.inputs for i, s in enumerate(group)}
         depends: dict[sp.Symbol, bool] = {}
@@ -186,22 +187,24 @@ class Printer:
         ):
             run = [angle for _, angle in group]
             name, start = known[run[0]]
-            lines += self.turned(own, run, name, start)
+            lines += self.turned(prefix, run, name, start)
         others = [a for a in wanted if a not in known]
         if others:
             gathered = ", ".join(self.expression(a) for a in others)
             lines.append(f"const {self.value} angle[{len(others)}] = {{ {gathered} }};")
-            lines += self.turned(own, others, "angle", 0)
+            lines += self.turned(prefix, others, "angle", 0)
         return tuple(reversed(first)), lines
 
-    def turned(self, own: str, angles: Sequence[sp.Expr], name: str, start: int) -> Iterator[str]:
+    def turned(
+        self, prefix: str, angles: Sequence[sp.Expr], name: str, start: int
+    ) -> Iterator[str]:
         """Yield the sincos calls for consecutive angles of an array."""
         at = 0
         while at < len(angles):
             count = next(c for c in _ANGLES if c <= len(angles) - at)
             result = f"{name}_{start + at}"
             place = f"&{name}[{start + at}]" if start + at else name
-            yield f"const {own}_angles{count} {result} = {own}_sincos{count}({place});"
+            yield f"const {prefix}_angles{count} {result} = {prefix}_sincos{count}({place});"
             for k, angle in enumerate(angles[at : at + count]):
                 self.word[sp.cos(angle)] = f"{result}.c[{k}]"
                 self.word[sp.sin(angle)] = f"{result}.s[{k}]"

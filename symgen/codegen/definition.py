@@ -1,4 +1,4 @@
-"""The definition of a kernel: what it reads and writes, and how it is derived."""
+"""The definition of a kernel: its inputs, its outputs, and its derivation."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from symgen.symbolic import dynamics
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.tape import Tape
 
-#: The input that only kernels of a robot whose gravity is an input have. If the base has an IMU,
-#: its motion stands in place of gravity.
+#: Input of kernels that depend on gravity, for a robot whose gravity is an input. If the base has
+#: an IMU, the motion of the base replaces it.
 GRAVITY = "g"
-#: Why a kernel does not exist if the base has an IMU.
+#: Reason why a kernel does not exist if the base has an IMU.
 FIXED_BASE = (
     "holds for a base at rest, and the base of {} has an IMU: what moves the base adds energy and "
     "momentum that no log contains"
 )
-#: What is wrong with a call whose pivot of the mass matrix is not positive, and what to do.
+#: Message for a pivot of the mass matrix that is not positive, with the remedy.
 _NO_MASS = (
     "the mass matrix is not positive definite; accepted: parameters X of a robot that can exist"
 )
@@ -36,7 +36,7 @@ _NO_LOAD = (
 
 @dataclass(frozen=True)
 class Subject:
-    """What a kernel is derived from: a robot and its base parameters."""
+    """The basis of a derivation: a robot and its base parameters."""
 
     robot: Robot
     base: BaseParameters
@@ -56,7 +56,7 @@ class Columns:
 
     Attributes:
         symbol: the number of columns in documents.
-        parameters: returns the name of each parameter, and its place among the columns derived.
+        parameters: returns the name of each parameter, and its index among the derived columns.
     """
 
     symbol: str
@@ -78,7 +78,7 @@ class Array:
         return f"{self.name} ({', '.join(sizes)}{comma})" if sizes else self.name
 
     def output(self, s: Subject) -> Output:
-        """Return the array of one robot."""
+        """Return the array for one robot."""
         sizes: list[int] = []
         columns: tuple[str, ...] = ()
         for size in self.shape:
@@ -98,19 +98,19 @@ class KernelDefinition:
     """The definition of a kernel.
 
     Attributes:
-        group: its row in documents.
+        group: its row in the table of documents.
         name: its name in the interface.
-        doc: description; {linear} stands for the end of the parameters with a column, {standard}
+        doc: description. {linear} stands for the end of the parameters with a column, {standard}
             for the names of the standard parameters.
-        inputs: the arrays that it reads; g only where gravity is an input of the robot.
-        outputs: the arrays that it writes.
-        tape: derives the program. Its outputs after those of the arrays are guards, the last n of
-            them the pivots of the mass matrix; guards before them are about effects of the load.
+        inputs: the input arrays; g only if gravity is an input of the robot.
+        outputs: the output arrays.
+        tape: derives the program. After the entries of the arrays, its outputs are guards. The last
+            n guards are the pivots of the mass matrix; guards before them concern load effects.
         exists: whether a robot has it.
-        lacks: what a robot without it has, for the message.
+        lacks: content that a robot without this kernel lacks, for the message.
         batch: whether there is a version for N samples.
-        standard: whether it is about standard parameters, and written only on request.
-        fixed_base: whether it exists only for a base that does not move.
+        standard: whether it concerns standard parameters; it is then written only on request.
+        fixed_base: whether it exists only for a fixed base.
     """
 
     group: str
@@ -127,7 +127,7 @@ class KernelDefinition:
 
     @property
     def documented(self) -> str:
-        """The description of the evaluator's method: meaning, inputs and outputs."""
+        """The docstring of the method of an evaluator: meaning, inputs and outputs."""
         text = self.doc.format(linear="p", standard="model.base.standard")
         read = ", ".join(a.text for a in self.inputs if a.name != GRAVITY)
         if any(a.name == GRAVITY for a in self.inputs):
@@ -138,7 +138,7 @@ class KernelDefinition:
         return f"{text[0].upper()}{text[1:]}.\n\nInputs: {read}.\nOutputs: {written}."
 
     def absent(self, s: Subject) -> str:
-        """Return why a robot has no such kernel; "" if it has it."""
+        """Return the reason why a robot has no such kernel; "" if it has one."""
         if self.exists is not None and not self.exists(s):
             return f"{s.robot.name} has {self.lacks}"
         if self.fixed_base and s.robot.imu:
@@ -167,7 +167,7 @@ class KernelDefinition:
 
 
 def of_robot(derive: Callable[[Robot], Tape]) -> Derivation:
-    """Return the derivation of a kernel of the robot alone."""
+    """Return the derivation of a kernel from the robot alone."""
     return lambda s, _: derive(s.robot)
 
 

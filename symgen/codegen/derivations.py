@@ -1,8 +1,8 @@
-"""A disk cache of derivations: a second run of a robot derives nothing.
+"""A disk cache of derivations: a second run with the same robot derives nothing.
 
 The key is the digest of the mechanism in the robot file, of the sources that derive and print, and
-of SymPy's version. What is kept is pickled, in the private folder of `symgen.cache`, whose compiled
-modules are run as well. If the cache fails, symgen derives again.
+of SymPy's version. Cached objects are pickled, in the private folder of `symgen.cache`, which also
+contains the compiled modules. If the cache fails, symgen derives again.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import sympy as sp
 from symgen.cache import digest, private_folder
 from symgen.codegen.kernel import Kernel
 from symgen.errors import BuildError
-from symgen.files import replace_whole, templates
+from symgen.files import replace_in_one_step, templates
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 
@@ -33,7 +33,7 @@ class Derivations:
     """The cached derivations of a robot.
 
     Attributes:
-        folder: the cache; None where there is none.
+        folder: the cache; None without one.
         key: digest of the mechanism, the sources and SymPy.
     """
 
@@ -59,12 +59,12 @@ class Derivations:
         if self.folder is None:
             return derive()
         path = self.folder / f"{self.key}-{name}.pickle"
-        with suppress(Exception):  # absent or damaged: of a full disk, say
+        with suppress(Exception):  # absent, or damaged, for example on a full disk
             kept: Derived = pickle.loads(path.read_bytes())
             return kept
         derived = derive()
         with suppress(OSError):
-            replace_whole(path, _pickled(derived), 0o600)
+            replace_in_one_step(path, _pickled(derived), 0o600)
         return derived
 
     def sources(
@@ -92,7 +92,7 @@ def _pickled(value: Any) -> bytes:
 
 
 class _Pickler(pickle.Pickler):
-    """Pickles expressions so that they come back as they were: SymPy evaluates them otherwise."""
+    """Pickles expressions without changes; SymPy would evaluate them again."""
 
     def reducer_override(self, value: Any) -> Any:
         if isinstance(value, (sp.Add, sp.Mul, sp.Pow, sp.Function)):

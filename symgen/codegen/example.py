@@ -8,10 +8,11 @@ import textwrap
 from symgen.codegen.backends import Package
 from symgen.codegen.verification import SEED, physical_parameters
 
-#: Kernels that the controller calls in addition to the identifier; those of the optimal control.
+#: Kernels that the controller calls in addition to the identifier; and those of the optimal
+#: control.
 _CONTROLLER = ("inverse_dynamics", "forward_dynamics", "mass_matrix")
 _OPTIMAL_CONTROL = ("inverse_dynamics", "inverse_dynamics_derivatives", "mass_matrix")
-#: Error of every mass, inertia and friction that the controller assumes, percent.
+#: Error of every mass, inertia and friction value that the controller uses, percent.
 PERCENT = 5
 #: Required ratio of the tracking errors of PD and of computed torque with these parameters.
 _BETTER = 10
@@ -19,12 +20,14 @@ _LINE = 95
 
 
 def has_controller(package: Package) -> bool:
-    """Whether the package has the controller's example, which calls the identifier."""
+    """Return whether the package contains the example of the controller, which calls the
+    identifier.
+    """
     return "c" in package.targets and bool(package.runtime) and package.has(*_CONTROLLER)
 
 
 def controller(package: Package) -> dict[str, str]:
-    """Return the controller's example in C, for parameters that are wrong; {} without kernels."""
+    """Return the controller example in C, with parameter errors; {} without its kernels."""
     if not has_controller(package):
         return {}
     gravity = ", GRAVITY" if package.model.robot.gravity_input else ""
@@ -49,13 +52,13 @@ def _literals(package: Package, error: float) -> list[str]:
 
 
 def has_optimal_control(package: Package) -> bool:
-    """Whether the package can have the optimal control, which needs smooth torques."""
+    """Return whether the package can contain the optimal control, which needs smooth torques."""
     robot = package.model.robot
     return not (robot.effects or robot.imu) and package.has(*_OPTIMAL_CONTROL)
 
 
 def optimal_control(package: Package) -> dict[str, str]:
-    """Return the optimal control with CasADi, without dry friction; {} without kernels."""
+    """Return the optimal control with CasADi, without dry friction; {} without its kernels."""
     if not has_optimal_control(package):
         return {}
     model = package.model

@@ -10,9 +10,10 @@ from typing import Any
 
 from symgen.symbolic.tape import Tape
 
-#: Input that chooses a link. On the tape it is one symbol for each link: 1 if chosen, else 0.
+#: Input that selects a link. On the tape it is one symbol for each link: 1 if selected, otherwise
+#: 0.
 LINK = "link"
-#: Inputs that are scalars.
+#: Scalar inputs.
 SCALARS = ("mass",)
 #: Inputs that all samples of a batch share.
 SHARED = ("X", "g")
@@ -50,7 +51,7 @@ class Argument:
 
     @property
     def link(self) -> bool:
-        """Whether it chooses a link (a size_t in C)."""
+        """Whether it selects a link (a size_t in C)."""
         return self.name == LINK
 
     @property
@@ -82,9 +83,9 @@ class Kernel:
         name: name in the interface, for example energy_regressor.
         doc: description in one line.
         tape: the program. Its outputs are the entries of all arrays, then one number for each
-            guard; the result is valid only if these are positive.
-        outputs: the arrays that it writes.
-        guards: for each guard, what is wrong where it is the first that is not positive.
+            guard. The result is valid only if all guards are positive.
+        outputs: the output arrays.
+        guards: for each guard, the message if it is the first one that is not positive.
         batch: whether there is a version for N samples.
     """
 
@@ -102,7 +103,7 @@ class Kernel:
 
     @cached_property
     def arguments(self) -> tuple[Argument, ...]:
-        """Its arguments in C: inputs, then outputs. An argument changed in place is both."""
+        """The arguments in C: inputs, then outputs. An argument changed in place is both."""
         written = {o.name: o.size for o in self.outputs}
         read = {name: len(symbols) for name, symbols in self.tape.inputs}
         sizes = read | {name: size for name, size in written.items() if name not in read}
@@ -124,11 +125,11 @@ class Kernel:
         return bool(self.guards or self.links)
 
     def listed(self, real: str, *, batch: bool = False) -> str:
-        """Return the C declarations of its arguments."""
+        """Return the C declarations of the arguments."""
         return ", ".join(a.declared(real, batch=batch) for a in self.arguments)
 
     def prototypes(self, prefix: str, real: str) -> tuple[str, ...]:
-        """Return its C prototypes, for one sample and, if available, for N samples.
+        """Return the C prototypes, for one sample and, if available, for N samples.
 
         Args:
             prefix: prefix of the function name.

@@ -1,6 +1,6 @@
-"""The kernels: one entry each, from which all their forms are made.
+"""The kernels: one definition each, from which all their forms are made.
 
-An entry states the name, a description, the inputs and outputs with their shapes, and the
+A definition has the name, a description, the inputs and outputs with their shapes, and the
 derivation. C declarations, batches, panels, CasADi functions, the manifest, the methods of an
 evaluator with their stub, and the table of docs/c.md follow from it.
 """
@@ -43,13 +43,13 @@ def _inertial(s: Subject) -> list[tuple[str, int]]:
 
 
 def _rubbing(s: Subject) -> list[tuple[str, int]]:
-    """Return the base parameters of friction and effects, which stand behind the inertial ones."""
+    """Return the base parameters of friction and effects, which follow the inertial ones."""
     first = sum(p.inertial for p in s.base.standard)
     return [(name, place - first) for name, place in _linear(s) if place >= first]
 
 
 def _rubs(s: Subject) -> bool:
-    """Whether a robot has friction or effects with columns."""
+    """Return whether a robot has friction or effects with columns."""
     return bool(_rubbing(s))
 
 
@@ -85,7 +85,7 @@ _POINT = Array("point", (3,))
 _MASS = Array("mass", ())
 _COM = Array("com", (3,))
 _INERTIA = Array("inertia", (6,))
-#: Gravity, of kernels that depend on it.
+#: Gravity, for kernels that depend on it.
 _G = Array(GRAVITY, (3,))
 
 
@@ -355,7 +355,7 @@ DEFINITIONS = (
     ),
 )
 KERNELS = {d.name: d for d in DEFINITIONS}
-#: Kernels that are not about standard parameters.
+#: Kernels that do not concern standard parameters.
 ALL = tuple(d.name for d in DEFINITIONS if not d.standard)
 #: Kernels that identification with the energy model needs.
 ENERGY = ("energy_regressor", "friction_power")

@@ -14,9 +14,9 @@ from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters
 from symgen.symbolic.tape import Values
 
-#: Most operations of an output in closed form; a longer formula explains nothing.
+#: Maximum number of operations of an output in closed form; a longer formula is unreadable.
 LONGEST = 200
-#: Robots with more joints have regressors that no page holds.
+#: Robots with more joints have regressors that do not fit on a page.
 _JOINTS = 3
 _REGRESSORS = ("energy_regressor", "torque_regressor")
 _MOTION = {"q": "q", "qd": r"\dot q", "qdd": r"\ddot q"}
@@ -30,7 +30,7 @@ def closed_form(kernel: Kernel) -> tuple[sp.Expr, ...] | None:
     expanded, its factored and its trigonometrically simplified form (Fu, Zhong and Zeng 2006).
 
     Args:
-        kernel: of `derive`.
+        kernel: a kernel of `derive`.
 
     Returns:
         The entries of all outputs in row-major order; None if one has more than 200 operations.
@@ -71,12 +71,12 @@ def _shortest(expression: sp.Expr | None) -> sp.Expr | None:
 
 
 def latex_document(robot: Robot, base: BaseParameters, kernels: Sequence[Kernel]) -> str:
-    """Return the base parameters and, of small robots, the regressors as a LaTeX document.
+    """Return the base parameters and, for small robots, the regressors as a LaTeX document.
 
     Args:
         robot: the robot.
-        base: its base parameters.
-        kernels: those of energy and torque regressors are printed up to three joints.
+        base: base parameters of the robot.
+        kernels: kernels; energy and torque regressors are printed up to three joints.
     """
     regressors = []
     for kernel in kernels:
@@ -99,7 +99,7 @@ def latex_document(robot: Robot, base: BaseParameters, kernels: Sequence[Kernel]
 
 
 def regroupings(base: BaseParameters) -> str:
-    """Return the formulas of the base parameters as LaTeX in dollars, for notebooks."""
+    """Return the formulas of the base parameters as LaTeX between dollar signs, for notebooks."""
     rows = [_regrouping(p) for p in base.parameters]
     return "$$\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}$$"
 
@@ -121,7 +121,7 @@ def _column_equations(matrix: sp.Matrix) -> list[str]:
 
 
 def _written(expression: sp.Expr | sp.Matrix) -> str:
-    """Return LaTeX of an expression: speeds with dots, numbers of joints as subscripts."""
+    """Return LaTeX of an expression, with dots on speeds and joint numbers as subscripts."""
     words = {}
     for symbol in expression.free_symbols:
         parts = _NAME.fullmatch(symbol.name)

@@ -82,7 +82,7 @@ class Model:
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Let Python look for cycles of garbage later: expressions are many and have none."""
+    """Suspend Python's search for garbage cycles: expressions are many and contain none."""
     collecting = gc.isenabled()
     gc.disable()
     try:
@@ -162,7 +162,7 @@ def _base(robot: Robot) -> tuple[BaseParameters, bool]:
 
 
 def regrouping(model: Model) -> NDArray[np.float64]:
-    """Return G (p, s) of X = G s: from standard to base parameters, at the robot's lengths."""
+    """Return G (p, s) of X = G s, from standard to base parameters, at the lengths of the robot."""
     base, numbers = model.base, model.robot.values()
     place = {p.name: k for k, p in enumerate(base.standard)}
     G = np.zeros((len(base.parameters), len(base.standard)))

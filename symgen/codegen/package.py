@@ -1,6 +1,7 @@
-"""Generate a package from a model: facts, files of each target, documents, manifest.
+"""Generate a package from a model: data, files of each target, documents, manifest.
 
-The same model gives the same bytes: no dates, no paths, no order of sets, no SymPy version.
+The same model gives the same bytes: without dates, paths and set order, and independent of the
+SymPy version.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ def generate(
     """Generate a package of C, CasADi and MEX from a model.
 
     Args:
-        model: from `derive`.
+        model: a model of `derive`.
         target: "c", "casadi", "mex" (with its C), or "all".
         dtype: "double" or "float", for the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
@@ -108,7 +109,7 @@ def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
 
 
 def _targets(target: str) -> tuple[str, ...]:
-    """Return the targets to write: those that one builds on, then itself."""
+    """Return the targets to write: those that the target builds on, then the target itself."""
     if target == "all":
         return tuple(TARGETS)
     if target not in TARGETS:
@@ -122,12 +123,12 @@ def default_prefix(robot: str, dtype: str) -> str:
 
 
 def write_package(tree: SourceTree, folder: str | Path) -> None:
-    """Write a package to a folder, completely or not at all; an older package is replaced."""
+    """Write a package to a folder, completely or not at all; it replaces an older package."""
     write_folder(Path(folder), tree.files, "manifest.json")
 
 
 def _options(package: Package, target: str, tex: bool) -> dict[str, Any]:
-    """Return the options that make the package again."""
+    """Return the options that reproduce the package."""
     options: dict[str, Any] = {
         "target": target,
         "dtype": package.dtype,

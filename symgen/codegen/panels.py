@@ -1,7 +1,7 @@
-"""Kernels on panels: as many samples at once as a vector register holds.
+"""Kernels on panels: a panel has as many samples as a vector register.
 
 A panel has the steps of the single call in the same order, on vectors instead of numbers. The
-compiler's flags choose the width; without vector extensions of gcc and clang, it is 1, and the
+compiler flags determine the width. Without the vector extensions of gcc and clang, it is 1, and the
 sources are loops of single calls.
 """
 
@@ -16,13 +16,14 @@ from symgen.codegen.c_printer import Printer
 from symgen.codegen.kernel import Kernel
 from symgen.symbolic.tape import Steps, Values
 
-#: Largest number of output entries of a sample, and of its steps: larger panels need much stack,
-#: and compile slowly.
+#: Largest number of output entries of a sample, and of steps. Larger panels need much stack, and
+#: compile slowly.
 LARGEST, LONGEST = 1024, 2000
 
 
 def panelled(kernel: Kernel) -> bool:
-    """Whether a kernel has panels: array inputs, separate outputs, neither too many nor too long.
+    """Return whether a kernel has panels: array inputs, separate outputs, and a limited number of
+    entries and steps.
 
     Larger kernels have a loop of single calls.
     """
@@ -41,7 +42,7 @@ def panel_data(
         geometry: named length -> its macro.
         values: named length -> exact value.
         dtype: double or float.
-        prefix: prefix of the package's names.
+        prefix: prefix of the names in the package.
     """
     printer = _PanelPrinter(kernel, geometry, values, dtype, prefix)
     read, written = kernel.inputs, kernel.outputs
@@ -84,7 +85,7 @@ class _PanelPrinter(Printer):
                 self.sampled.add(symbol)
 
     def of_sample(self, expr: sp.Expr) -> bool:
-        """Whether a value depends on the sample."""
+        """Return whether a value depends on the sample."""
         return bool(sp.sympify(expr).free_symbols & self.sampled)
 
     def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
@@ -100,16 +101,16 @@ class _PanelPrinter(Printer):
         return f"lanes_put(&{place}, {self.spread(result)}, stream);"
 
     def cleared(self, *_: Any) -> Iterator[str]:
-        """Store no zeros: the buffers already contain them."""
+        """Store no zeros, because the buffers already contain them."""
         return iter(())
 
     def verdict(self) -> list[str]:
         """Return nothing: the template makes the status of all samples."""
         return []
 
-    def angles(self, own: str) -> tuple[Steps, list[str]]:
+    def angles(self, prefix: str) -> tuple[Steps, list[str]]:
         self.turns: list[tuple[str, str]] = []
-        first, lines = super().angles(own)
+        first, lines = super().angles(prefix)
         if self.turns:
             reach = " + ".join(f"lanes_abs({angle})" for angle, _ in self.turns)
             lines.append(f"if (lanes_any(~(mask)({reach} <= NEAR))) {{")
@@ -117,10 +118,12 @@ class _PanelPrinter(Printer):
             lines.append("}")
         return first, lines
 
-    def turned(self, own: str, angles: Sequence[sp.Expr], name: str, start: int) -> Iterator[str]:
+    def turned(
+        self, prefix: str, angles: Sequence[sp.Expr], name: str, start: int
+    ) -> Iterator[str]:
         for k, angle in enumerate(angles, start):
             result, place = f"{name}_{k}", f"{name}[{k}]"
-            yield f"turned {result} = {own}_turn({place});"
+            yield f"turned {result} = {prefix}_turn({place});"
             self.word[sp.cos(angle)] = f"{result}.c"
             self.word[sp.sin(angle)] = f"{result}.s"
             self.turns.append((place, result))

@@ -13,7 +13,7 @@ from symgen.robot.types import Joint, joint_variable
 
 
 def readme(package: Package) -> str:
-    """Return README.md: how to build, geometry, base parameters, operations, deviations."""
+    """Return README.md: build, geometry, base parameters, operations, deviations."""
     robot, base = package.model.robot, package.model.base
     panels = (f"{k.name}_panels" for k in package.kernels if panelled(k))
     stems = (*(k.name for k in package.kernels), *panels, *package.runtime)
@@ -43,7 +43,7 @@ def readme(package: Package) -> str:
 
 
 def _row(joint: Joint) -> list[str]:
-    """Return the row of a joint in the table of the geometry."""
+    """Return the row of a joint in the geometry table."""
     lengths = (joint.gamma, joint.b, joint.alpha, joint.d, joint.theta, joint.r)
     variable = sum((c * joint_variable(k) for k, c in joint.shares), joint.offset)
     numbers = [str(joint.number), str(joint.sigma), str(joint.antecedent)]

@@ -1,4 +1,4 @@
-"""Values of the parameters in a package: NAME_values.h, and start values of its other targets."""
+"""Values of the parameters in a package: NAME_values.h, and start values of other targets."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Values:
         X: base parameters (p,).
         std: their standard deviations, None where unknown.
         standard: standard parameters in the order of the model, or () if they are unknown.
-        facts: what they are, one line each.
+        facts: the origin of the values, one line each.
     """
 
     X: tuple[float, ...]
@@ -72,7 +72,7 @@ def values_header_text(
 ) -> str:
     """Return NAME_values.h: X as `static const NAME_real NAME_values[]`.
 
-    It includes NAME.h, and compiles only with a package of these parameters in this order, and of
+    It includes NAME.h. It compiles only with a package that has these parameters in this order, and
     this digest if there is one.
 
     Args:
@@ -91,43 +91,47 @@ def values_header_text(
         facts=[_comment(fact) for fact in values.facts],
         parameters=[
             {
-                "name": own,
+                "name": parameter,
                 "value": repr(x),
                 "formula": _comment(
-                    own if expression == own else f"{own} = {six_digits(expression)}"
+                    parameter
+                    if expression == parameter
+                    else f"{parameter} = {six_digits(expression)}"
                 ),
                 "unit": unit,
                 "std": "unknown" if std is None else f"{std:.3g}",
             }
-            for (own, expression, unit), x, std in zip(
+            for (parameter, expression, unit), x, std in zip(
                 parameters, values.X, values.std, strict=True
             )
         ],
-        standard=[(own, repr(x)) for own, x in zip(standard, values.standard, strict=False)],
+        standard=[
+            (parameter, repr(x)) for parameter, x in zip(standard, values.standard, strict=False)
+        ],
     )
 
 
 def named_values(
     X: Sequence[float],
-    given: Mapping[str, tuple[float, float | None]],
+    values: Mapping[str, tuple[float, float | None]],
     base: BaseParameters,
     facts: Sequence[str],
 ) -> Values:
     """Return values from a table of parameters.
 
     Args:
-        X: base parameters (p,), as regrouped from the table.
-        given: name -> value and standard deviation, of base or standard parameters.
+        X: base parameters (p,), regrouped from the table.
+        values: name -> value and standard deviation, of base or standard parameters.
         base: the base parameters of the model.
-        facts: what the table is, for the header, one line each.
+        facts: the origin of the table, for the header, one line each.
     """
-    std = [given.get(name, (0.0, None))[1] for name in base.names]
+    std = [values.get(name, (0.0, None))[1] for name in base.names]
     names = [p.name for p in base.standard]
-    known = all(name in given for name in names)
+    known = all(name in values for name in names)
     return Values(
         tuple(map(float, X)),
         tuple(None if s is None or not math.isfinite(s) else float(s) for s in std),
-        tuple(float(given[name][0]) for name in names) if known else (),
+        tuple(float(values[name][0]) for name in names) if known else (),
         tuple(facts),
     )
 
@@ -135,5 +139,5 @@ def named_values(
 def _comment(text: str) -> str:
     """Return a text as one line that is safe inside a C comment."""
     line = "".join(c if c.isprintable() else " " for c in text)
-    # no end or begin of a comment, and no trigraph
+    # no start or end of a comment, and no trigraph
     return re.sub(r"(\*(?=/)|/(?=\*)|\?(?=\?))", r"\1 ", line).rstrip("\\")

@@ -19,7 +19,7 @@ from symgen.symbolic.tape import Numbers
 
 DIGITS = 50
 SEED = 1988
-POINTS = 4  # of a kernel whose outputs have at most LARGEST entries
+POINTS = 4  # for a kernel whose outputs have at most LARGEST entries
 _WRITTEN = 20  # digits of the values in the manifest
 #: Largest accepted error of a compiled kernel, relative to its largest entry at all points.
 TOLERANCE = {"double": 1e-13, "float": 2e-5}
@@ -47,14 +47,14 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
         ]
         expected = [evaluate(kernel, model, point, DIGITS) for point in points]
         at[kernel.name] = points
-        # What these digits do not tell from zero is zero: a check compares with the largest value.
+        # Values below these digits are zero. The check is relative to the largest value.
         rows = [[mpmath.chop(v, 10.0**-DIGITS) for v in row] for row in expected]
         written[kernel.name] = [[str(mpmath.nstr(v, _WRITTEN)) for v in row] for row in rows]
     return {"points": at, "expected": written}
 
 
 def _points(kernel: Kernel) -> int:
-    """Return the number of points: fewer where one has many numbers to compare."""
+    """Return the number of points, which is smaller for kernels with many outputs."""
     return max(1, min(POINTS, POINTS * LARGEST // max(1, kernel.size)))
 
 
@@ -72,10 +72,10 @@ def checked_kernel(
     inputs, words = [], []
     places = verified["points"][kernel.name]
     for a in kernel.arguments:
-        given = f"{a.name}_in" if a.written else a.name  # a copy, if it is changed in place
+        given = f"{a.name}_in" if a.written else a.name  # a copy if it is changed in place
         points = [point[a.name] for point in places] if a.read else []
         if not a.written and all(values == points[0] for values in points):
-            points = points[:1]  # the same in all
+            points = points[:1]  # the same at all points
         first = f"{given}[{'0' if len(points) == 1 else 'i'}]"
         words.append(a.name if a.written else f"{first}[0]" if a.plain else first)
         if a.read:
@@ -108,7 +108,7 @@ def checked_kernel(
 
 
 def _listed(values: Sequence[float]) -> str:
-    """Return the entries of an array in C and C++, which fill it up with zeros."""
+    """Return the entries of an array in C and C++, which fill the rest with zeros."""
     texts = [repr(v) if v else "0" for v in values]
     while len(texts) > 1 and texts[-1] == "0":
         texts.pop()
@@ -116,13 +116,13 @@ def _listed(values: Sequence[float]) -> str:
 
 
 def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -> list[float]:
-    """Return base parameters of a physically possible robot: solid links, positive friction.
+    """Return the base parameters of a physically possible robot: solid links, positive friction.
 
     Args:
-        model: from `derive`.
+        model: a model of `derive`.
         draw: random numbers.
         error: relative error of all parameters of a joint and its link, positive for odd joint
-            numbers and negative for even ones, so that the robot stays physically possible.
+            numbers and negative for even ones. The robot with errors is still physically possible.
     """
     standard: dict[str, float] = {}
     for parameter in model.base.standard:
@@ -167,7 +167,9 @@ def evaluate(
 
 @lru_cache(maxsize=4)
 def _arithmetic(robot: Robot, digits: int) -> tuple[Numbers, Callable[[str], Any]]:
-    """Return arithmetic with many digits, and its number type; it caches the robot's constants."""
+    """Return arithmetic with many digits, and its number type. It caches the constants of the
+    robot.
+    """
     import mpmath
 
     context = mpmath.mp.clone()

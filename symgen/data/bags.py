@@ -46,7 +46,7 @@ class _Message(NamedTuple):
 
 
 def is_bag(path: Path) -> bool:
-    """Whether a path is an MCAP file, a bag file, or a bag folder."""
+    """Return whether a path is an MCAP file, a bag file, or a bag folder."""
     return (path / "metadata.yaml").is_file() if path.is_dir() else path.suffix.lower() in _SUFFIXES
 
 
@@ -60,7 +60,7 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         path: the file or folder.
         reading: topic, joint names in the messages, and meaning of the fields.
         names: names of the movable joints of the robot, used if `reading` has none.
-        currents: whether a field may hold currents (reading.columns {"i": "effort"}).
+        currents: whether a field may contain currents (reading.columns {"i": "effort"}).
 
     Raises:
         LogError: rosbags is missing, the bag is damaged, or its messages do not
@@ -70,12 +70,12 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
     if find_spec("rosbags") is None:
         refuse("rosbags is not installed", "after pip install 'symgen[ros]'")
     with _opened(path, reading.topic) as (announced, messages):
-        found = list(messages)
-    if not found:
+        messages_read = list(messages)
+    if not messages_read:
         refuse("has no message of joint states", _ACCEPTED)
-    present = list(dict.fromkeys(name for m in found for name in m.names))
+    present = list(dict.fromkeys(name for m in messages_read for name in m.names))
     joints = joints_of_file(reading.joints, names, present)
-    complete = [m for m in found if set(joints) <= set(m.names)]
+    complete = [m for m in messages_read if set(joints) <= set(m.names)]
     if not complete:
         refuse("no message has all joints of the robot", "all joints in one message")
     contents = [frozenset(f for f in fields.values() if len(getattr(m, f))) for m in complete]
@@ -95,7 +95,8 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         if field in content:
             pairs = zip(wanted, orders, strict=True)
             arrays[role] = np.array([_row(m, field, order) for m, order in pairs])
-            if np.isnan(arrays[role]).all():  # ros2_control has NaN for what is not measured
+            # ros2_control writes NaN for quantities without a sensor.
+            if np.isnan(arrays[role]).all():
                 del arrays[role]
     again = np.append(False, np.diff(stamps) == 0)  # a repetition of the previous message
     for k in np.flatnonzero(again):
@@ -106,7 +107,7 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         refuse("the messages have no position", "q in every message")
     if "tau" not in arrays and "i" not in arrays:
         refuse(f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
-    read, other, twice = len(found), len(found) - len(wanted), int(again.sum())
+    read, other, twice = len(messages_read), len(messages_read) - len(wanted), int(again.sum())
     notes = (
         (announced - read, f"{read} of the {announced} messages can be read"),
         (other, f"{other} messages of other joints, or with other fields, left out"),
@@ -115,9 +116,9 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         (twice, f"{twice} repeated messages left out"),
     )
     ignored = tuple(dict.fromkeys(name for m in wanted for name in m.names if name not in joints))
-    said = tuple(f"{path.name}: {note}" for count, note in notes if count > 0)
+    lines = tuple(f"{path.name}: {note}" for count, note in notes if count > 0)
     arrays = {"t": (stamps - stamps[0]) * 1e-9, **arrays}
-    return Raw({role: x[~again] for role, x in arrays.items()}, ignored, said)
+    return Raw({role: x[~again] for role, x in arrays.items()}, ignored, lines)
 
 
 def _fields(reading: Reading, currents: bool) -> dict[str, str]:
@@ -169,17 +170,17 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
         refuse(f"cannot be read: {str(error)[:200] or type(error).__name__}", _ACCEPTED)
 
 
-def _topic(asked: str, topics: list[str], every: list[str]) -> str:
+def _topic(topic: str, topics: list[str], every: list[str]) -> str:
     """Return the topic to read."""
     listed = ", ".join(topics)
     if not topics:
         found = ", ".join(every[:12]) or "none"
         refuse(f"no topic has messages {_TYPE}; topics: {found}", _ACCEPTED)
-    if asked and asked not in topics:
-        refuse(f"--topic {asked}: no joint states there", listed)
-    if not asked and len(topics) > 1:
+    if topic and topic not in topics:
+        refuse(f"--topic {topic}: no joint states there", listed)
+    if not topic and len(topics) > 1:
         refuse(f"{len(topics)} topics have joint states", f"--topic, one of {listed}")
-    return asked or topics[0]
+    return topic or topics[0]
 
 
 def _orders(messages: Sequence[_Message], joints: list[str]) -> list[list[int]]:

@@ -1,4 +1,4 @@
-"""Match the column names of a file, given by the user or by a recorder, to those of a log.
+"""Match the column names of a file to those of a log. The names come from the user or a recorder.
 
 Names of recorders contain a joint and a word for the quantity: `panda_joint1_position`, `pos_1`,
 `/joint_states/elbow/effort`, `tau_0 [Nm]`. The joint is a number or a name in the robot file.
@@ -17,7 +17,7 @@ from symgen.data.raw import NUMBERED, Wanted, listed, refuse
 from symgen.data.units import QUANTITIES, TIMES, split_unit, unit_of
 from symgen.errors import plain
 
-#: Start of the command that fixes joints; the command line inserts the file.
+#: Start of the command that fixes joints; the command line inserts the file name.
 IMPORT = "symgen import FILE "
 _WORDS = {
     "q": {"q", "pos", "position", "positions", "angle"},
@@ -27,8 +27,11 @@ _WORDS = {
 }
 _SECONDS = {"s", "sec", "secs", "seconds", "header"}
 #: Words for commanded quantities, which were not measured.
-_ASKED = set("d des desired target command commanded cmd reference ref goal setpoint error".split())
-_FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())  # inside a name
+_COMMANDS = set(
+    "d des desired target command commanded cmd reference ref goal setpoint error".split()
+)
+# words of foreign units inside a name
+_FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())
 _TOKEN = re.compile(r"[A-Za-z]+|[0-9]+")
 #: Position of a joint in the robot -> column, for one pattern.
 Pattern = dict[int, str]
@@ -47,11 +50,11 @@ def another_number(joints: int, n: int, names: Sequence[str] = ()) -> tuple[str,
     beyond = [plain(name) for name in names[joints:]]
     if not beyond or not all(beyond):
         return what, accepted
-    return f"{what}: no column for {', '.join(beyond)}", f"{accepted}, or {held_still(beyond)}"
+    return f"{what}: no column for {', '.join(beyond)}", f"{accepted}, or {how_to_hold(beyond)}"
 
 
-def held_still(joints: Sequence[str]) -> str:
-    """Return how joints without columns are held still."""
+def how_to_hold(joints: Sequence[str]) -> str:
+    """Return how to hold joints without columns still."""
     command = fixing(map(plain, joints))
     return f"joints without columns held still: sigma = 2 in robot.toml, or, for a URDF, {command}"
 
@@ -63,24 +66,24 @@ def fixing(joints: Iterable[str]) -> str:
 
 
 def joints_of_file(
-    asked: Sequence[str], joints: Sequence[str], present: Sequence[str]
+    from_user: Sequence[str], joints: Sequence[str], present: Sequence[str]
 ) -> list[str]:
     """Return the names of the robot's joints in a file that names joints.
 
     Args:
-        asked: names from the user, in the order of the robot; empty for those of the robot.
+        from_user: names from the user, in the order of the robot; empty for those of the robot.
         joints: names of the movable joints.
         present: names in the file.
 
     Raises:
         LogError: the file lacks a joint, or the robot has no names.
     """
-    wanted = list(asked or joints or [""])
+    wanted = list(from_user or joints or [""])
     missing = [name for name in wanted if name not in present]
     if missing:
         how = "--joints with the names in the robot's order, separated by commas"
-        if not asked and len(missing) < len(wanted):
-            how = f"{how}, or {held_still(missing)}"
+        if not from_user and len(missing) < len(wanted):
+            how = f"{how}, or {how_to_hold(missing)}"
         shown = ", ".join(map(plain, present[:24])) or "none"
         refuse(f"the robot's joint {missing[0]!r} is not among {shown}", how)
     return wanted
@@ -106,58 +109,58 @@ def matched(
     Raises:
         LogError: a role has several patterns, or lacks columns of joints.
     """
-    own = {match[1] for name in names if (match := NUMBERED.fullmatch(name))}
-    if not patterns and "t" in names and "q" in own and own & {"tau", "i", "qr"}:
+    roles = {match[1] for name in names if (match := NUMBERED.fullmatch(name))}
+    if not patterns and "t" in names and "q" in roles and roles & {"tau", "i", "qr"}:
         return list(names), ()  # log names; other columns are ignored
     ours: dict[str, str] = {}
-    said = []
+    matches = []
     if "t" not in names and (time := _time(names)) is not None:
         ours[time] = "t"
-        said.append(f"t = {time}")
+        matches.append(f"t = {time}")
     of = ""
     for role in ("q", "qd", "tau", "i"):
-        found_torque = "tau" in own or "tau1" in ours.values()
+        has_torque = "tau" in roles or "tau1" in ours.values()
         if role in patterns:
-            pattern, columns = patterns[role], _asked(names, role, patterns[role], wanted)
-        elif role in own or (role == "i" and found_torque and not wanted.currents):
+            pattern, columns = patterns[role], _user_pattern(names, role, patterns[role], wanted)
+        elif role in roles or (role == "i" and has_torque and not wanted.currents):
             continue
         else:
-            pattern, columns = _found(names, role, wanted)
+            pattern, columns = _only_pattern(names, role, wanted)
         if columns:
             first, last = min(columns), max(columns)
             ours |= {column: f"{role}{place - first + 1}" for place, column in columns.items()}
-            said.append(f"{role} = {pattern}")
+            matches.append(f"{role} = {pattern}")
             if "*" in pattern:
                 joints = wanted.joints if first == 0 and last < len(wanted.joints) else ()
                 named = joints and joints[0] in columns[0]
                 of = f"; * = {', '.join(joints) if named else f'{first} to {last}'}"
-    line = f"{file}: columns by name: {', '.join(said)}{of}"
-    return [ours.get(name, name) for name in names], (line,) if said else ()
+    line = f"{file}: columns by name: {', '.join(matches)}{of}"
+    return [ours.get(name, name) for name in names], (line,) if matches else ()
 
 
 def _time(names: Sequence[str]) -> str | None:
     """Return the only time column, or None; one in s is preferred."""
-    found = []
+    times = []
     for name in names:
         tokens = {token.lower() for token in _TOKEN.findall(split_unit(name)[0])}
         if len(tokens & TIMES) == 1 and tokens <= TIMES | _SECONDS:
-            found.append(name)
-    found = _in_si(found, ("time",))
-    if len(found) > 1:
-        what = f"{' and '.join(map(_shown, found[:3]))} are times"
-        refuse(what, f'one column t, as by --columns "t={_shown(found[0])}"')
-    return found[0] if found else None
+            times.append(name)
+    times = _in_si(times, ("time",))
+    if len(times) > 1:
+        what = f"{' and '.join(map(_shown, times[:3]))} are times"
+        refuse(what, f'one column t, as by --columns "t={_shown(times[0])}"')
+    return times[0] if times else None
 
 
 def _in_si(names: list[str], quantities: Sequence[str]) -> list[str]:
     """Return the names whose header has no foreign unit, or all if there are none."""
     units = [(name, split_unit(name)[1]) for name in names]
-    own = [
+    preferred = [
         name
         for name, text in units
         if not text or any((u := unit_of(text, q)) and not u.foreign for q in quantities)
     ]
-    return own or names
+    return preferred or names
 
 
 def _shown(name: str) -> str:
@@ -168,34 +171,36 @@ def _role(pattern: str) -> str | None:
     """Return the quantity from a column name with * for its joint; None if unclear."""
     text = pattern.replace("*", "1").strip(" _")
     tokens = {token.lower() for token in _TOKEN.findall(split_unit(text)[0])}
-    if tokens & (_ASKED | _FOREIGN):
+    if tokens & (_COMMANDS | _FOREIGN):
         return None
-    found = [role for role, words in _WORDS.items() if tokens & words]
-    return found[0] if len(found) == 1 else None
+    roles = [role for role, words in _WORDS.items() if tokens & words]
+    return roles[0] if len(roles) == 1 else None
 
 
-def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Pattern]:
-    """Return the only pattern of a role with its columns by joint, if there is one."""
+def _only_pattern(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Pattern]:
+    """Return the only pattern of a role with its columns by joint, or an empty one."""
     joints, n = wanted.joints, wanted.n
     named = _across_units({p: c for p, c in by_name(names, joints).items() if _role(p) == role})
-    whole = {p: c for p, c in named.items() if len(c) == len(joints)}
-    if named and not whole:
+    complete = {p: c for p, c in named.items() if len(c) == len(joints)}
+    if named and not complete:
         pattern, columns = max(named.items(), key=lambda pair: len(pair[1]))
         _refuse_missing(names, role, pattern, columns, joints)
-    if not whole:
+    if not complete:
         runs = {p: c for p, c in by_number(names, n).items() if _role(p) == role}
-        whole = {p: c for p, c in runs.items() if len(c) == n} or runs
-    preferred = _in_si(list(whole), QUANTITIES[role])
-    whole = {p: c for p, c in whole.items() if p in preferred}
-    if len(whole) > 1:
-        first, second, *_ = map(_shown, whole)
+        complete = {p: c for p, c in runs.items() if len(c) == n} or runs
+    preferred = _in_si(list(complete), QUANTITIES[role])
+    complete = {p: c for p, c in complete.items() if p in preferred}
+    if len(complete) > 1:
+        first, second, *_ = map(_shown, complete)
         what = f"{role} may be {first} or {second}, with * for the joint"
         refuse(what, f'--columns "{role}={first}", or another')
-    return next(iter(whole.items()), ("", {}))
+    return next(iter(complete.items()), ("", {}))
 
 
 def _across_units(patterns: Mapping[str, Pattern]) -> dict[str, Pattern]:
-    """Join patterns that differ only in their unit, as `* [deg]` and `* [mm]` of other joints."""
+    """Join patterns that differ only in their unit, such as `* [deg]` and `* [mm]` of different
+    joints.
+    """
     alike: dict[str, list[str]] = {}
     for pattern in patterns:
         alike.setdefault(split_unit(pattern)[0], []).append(pattern)
@@ -222,18 +227,20 @@ def _refuse_missing(
         choice = "" if theirs.keys() >= {*missing} else f" with COLUMN one of {listed(spare)}"
         accepted.append(f'--columns "{pairs}"{choice}')
     if role == "q" and not theirs:
-        accepted.append(held_still([joints[k] for k in missing]))
+        accepted.append(how_to_hold([joints[k] for k in missing]))
     what = f"{_shown(pattern)} has no column for {', '.join(joints[k] for k in missing)}"
     refuse(what, ", or ".join(accepted))
 
 
 def _spare(names: Sequence[str], role: str, columns: Pattern) -> list[str]:
-    """Return the columns of no joint, role or unit but that of a role; no times and commands."""
+    """Return the columns without joint, role and unit, but in a unit of the role; no times and
+    commands.
+    """
     out = []
     for name in names:
         text, unit = split_unit(name)
         tokens = {token.lower() for token in _TOKEN.findall(text)}
-        taken = name in columns.values() or NUMBERED.fullmatch(name) or tokens & (TIMES | _ASKED)
+        taken = name in columns.values() or NUMBERED.fullmatch(name) or tokens & (TIMES | _COMMANDS)
         fits = not unit or any(unit_of(unit, quantity) for quantity in QUANTITIES[role])
         if name and not taken and fits and _role(name) in (None, role):
             out.append(name)
@@ -248,7 +255,7 @@ def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str
         words = [word for word in _WORDS[role] if len(word) > 2]
         for pattern in patterns:
             tokens = {token.lower() for token in _TOKEN.findall(pattern)}
-            if not tokens & _ASKED and any(word in pattern.lower() for word in words):
+            if not tokens & _COMMANDS and any(word in pattern.lower() for word in words):
                 pairs.append(f"{role}={_shown(split_unit(pattern)[0])}")
                 break
     return f'--columns "{",".join(pairs)}"' if pairs else ""
@@ -290,15 +297,17 @@ def by_number(names: Sequence[str], n: int | None) -> dict[str, Pattern]:
     }
 
 
-def _asked(names: Sequence[str], role: str, pattern: str, wanted: Wanted) -> Pattern:
-    """Return the columns of a pattern from the user; * is a joint's name or ends in its number."""
+def _user_pattern(names: Sequence[str], role: str, pattern: str, wanted: Wanted) -> Pattern:
+    """Return the columns of a pattern from the user; * is the name of a joint or ends in its
+    number.
+    """
     form = re.compile(re.escape(pattern).replace(r"\*", "(.+)", 1).replace(r"\*", r"\1"))
     texts = {split_unit(name)[0]: name for name in names} | {name: name for name in names}
-    found = {m[1]: name for text, name in texts.items() if (m := form.fullmatch(text))}
-    groups = by_name([*found], wanted.joints) | by_number([*found], wanted.n)
-    whole = [stars for stars, columns in groups.items() if wanted.n in (None, len(columns))]
-    if not whole:
+    columns_by_star = {m[1]: name for text, name in texts.items() if (m := form.fullmatch(text))}
+    groups = by_name([*columns_by_star], wanted.joints) | by_number([*columns_by_star], wanted.n)
+    complete = [stars for stars, columns in groups.items() if wanted.n in (None, len(columns))]
+    if not complete:
         what = f"--columns {role}={pattern}: no such column of every joint"
         shown = ", ".join(name for name in names if name)[:300]
         refuse(what, f"a pattern with * for the joint's name or number, of {shown}")
-    return {joint: found[star] for joint, star in groups[min(whole, key=len)].items()}
+    return {joint: columns_by_star[star] for joint, star in groups[min(complete, key=len)].items()}

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from symgen.data.raw import Reading, refuse
 
-_ROWS = 200  # that show the decimal mark
+_ROWS = 200  # rows that show the decimal mark
 _NUMBER = re.compile(r"[+-]?[0-9.,]+([eE][+-]?[0-9]+)?|nan|inf", re.IGNORECASE)
 _COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+([eE][+-]?[0-9]+)?")
 _SHOWN = {"\t": "tabs", ";": "semicolons", " ": "blanks", ",": "commas"}
@@ -36,14 +36,14 @@ class CsvForm:
 
     @property
     def shown(self) -> str:
-        """The separator and the decimal mark in words."""
+        """The separator and the decimal mark as text."""
         mark = "commas" if self.decimal == "," else "points"
         between = _SHOWN.get(self.separator, repr(self.separator))
         return f"columns are separated by {between} and decimals have {mark}"
 
     @property
     def accepted(self) -> str:
-        """What is accepted, with the options to type."""
+        """The accepted forms, with the options to type."""
         separator = "," if self.separator == ";" else ";"
         decimal = "." if self.decimal == "," else ","
         return (
@@ -59,8 +59,8 @@ class CsvForm:
 def csv_form(path: Path, reading: Reading) -> CsvForm:
     """Find the form of a CSV from its first lines.
 
-    The most frequent of commas, semicolons and tabs in the header separates columns. Numbers with
-    commas in the first rows have decimal commas. Options come first.
+    The separator is the most frequent of commas, semicolons and tabs in the header. The decimal
+    mark is a comma if numbers in the first rows contain commas. Options take precedence.
 
     Raises:
         LogError: the header is a row of numbers.
@@ -88,7 +88,7 @@ def csv_form(path: Path, reading: Reading) -> CsvForm:
         what = f"the first line, {header[0]}.., has no names of columns"
         refuse(what, '--no-header --columns "t=1,q1=2,..", with the places of t, q1.., tau1..')
     first = rows[1:] if reading.header else rows
-    for row in first[:1]:  # a separator at the end of the rows, or of the header
+    for row in first[:1]:  # the rows, or the header, end with a separator
         if len(row) == len(header) + 1 and not row[-1].strip():
             header.append("")
         elif len(header) == len(row) + 1 and not header[-1]:

@@ -4,10 +4,10 @@ With the gear ratios N, torque constants K and gains g of [drive]:
 
     q_motor = N q_joint        tau_joint = g N' tau_motor        tau_motor = K i
 
-The gains g come from a calibration of the drives; the default is
-1. For g = 1, both sides have the same power: qd_motor' tau_motor = qd_joint' tau_joint (Siciliano
-et al., Robotics, 2009, sec. 5.1). Friction and rotor inertia then act at the joint: IA = N^2 times
-the inertia of the rotor. Motor positions are zero where the joint positions are zero.
+The gains g come from a calibration of the drives; the default is 1. For g = 1, both sides have the
+same power: qd_motor' tau_motor = qd_joint' tau_joint (Siciliano et al., Robotics, 2009, sec. 5.1).
+Friction and rotor inertia then act at the joint: IA = N^2 times the inertia of the rotor. Motor
+positions are zero where the joint positions are zero.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def joint_side(log: Log, drive: Drive) -> Log:
     if log.q.shape[1] != n:
         refuse(f"the log has {log.q.shape[1]} joints, the robot has {n}", "the same")
     N = np.array(drive.ratio)
-    q, qd, qr, qdr, told, notes = log.q, log.qd, log.qr, log.qdr, log.tau, []
+    q, qd, qr, qdr, logged, notes = log.q, log.qd, log.qr, log.qdr, log.tau, []
     tau: FloatArray | None
     geared = not np.array_equal(N, np.eye(n))
     if geared and drive.position_side == "motor":
@@ -58,44 +58,46 @@ def joint_side(log: Log, drive: Drive) -> Log:
             f"{'q' if qd is None else 'q and qd'} were mapped from the motor side to the joint "
             f"side by the ratios of [drive]; the joints travel {spans}"
         )
-    if told is not None and drive.torque_side == "motor":
-        told = told @ N
+    if logged is not None and drive.torque_side == "motor":
+        logged = logged @ N
     if log.current is not None and drive.torque_constant is not None:
         tau = (log.current * drive.torque_constant) @ N
-        beside = "" if told is None else f"; the log's own tau {_difference(told, tau)}, unused"
+        unused = ""
+        if logged is not None:
+            unused = f"; the recorded tau {_difference(logged, tau)} and is not used"
         notes.append(
             "tau is that of the motor currents i1.. by the torque constants and ratios of "
-            f"[drive]{beside}"
+            f"[drive]{unused}"
         )
-    elif told is None and qr is None:
+    elif logged is None and qr is None:
         refuse("has currents alone", "torque_constant in [drive] of the robot file")
     else:
-        tau = told
+        tau = logged
         if tau is not None and geared and drive.torque_side == "motor":
             notes.append("tau was mapped from the motor side to the joint side")
     if tau is not None and drive.gain is not None:
         tau = tau * drive.gain
         notes.append("torques were multiplied by the gains of [drive]")
-    said = (f"{log.name}: {note}" for note in notes)
+    lines = (f"{log.name}: {note}" for note in notes)
     missing = log.missing
     if missing is not None and not np.array_equal(N, np.diag(np.diag(N))):
         coupled = (N != 0) | (N.T != 0) | (np.linalg.inv(N) != 0)
         missing = np.einsum("njk,ji->nik", missing, coupled) > 0
-    log = replace(log, notes=(*log.notes, *said), mapped=True, missing=missing)
+    log = replace(log, notes=(*log.notes, *lines), mapped=True, missing=missing)
     tau = None if tau is None else read_only(tau)
     return replace(log, q=q, qd=qd, tau=tau, qr=qr, qdr=qdr)
 
 
 def with_servo_torques(log: Log, servo: Servo | None) -> Log:
-    """Return a log without torques with those of its controller.
+    """Add the torques of the controller to a log without torques.
 
         tau = kp (qr - q) + kd (qdr - qd)
 
-    Speeds that the log lacks are the derivatives of the splines through the positions. A log that
-    has torques or currents, or no reference, is returned unchanged.
+    Missing speeds are the derivatives of the splines through the positions. A log with torques or
+    currents, or without a reference, is returned unchanged.
 
     Args:
-        log: on the joint side.
+        log: the log on the joint side.
         servo: gains of the controller.
 
     Raises:
@@ -147,11 +149,11 @@ def motor_side(log: Log, drive: Drive) -> Log:
     return replace(log, q=q, qd=qd, tau=tau, current=current, mapped=False)
 
 
-def _difference(told: FloatArray, tau: FloatArray) -> str:
+def _difference(logged: FloatArray, tau: FloatArray) -> str:
     """Describe the RMS difference of two torques (N, n) on the joint with the largest one."""
     size = rms(tau)
-    apart = rms(told - tau) / np.where(size > 0, size, np.inf)
-    j = int(np.argmax(apart))
-    share = 100 * apart[j]
-    text = f"{share:.3g}" if apart[j] < 1 else f"{share:.0f}"
+    difference = rms(logged - tau) / np.where(size > 0, size, np.inf)
+    j = int(np.argmax(difference))
+    share = 100 * difference[j]
+    text = f"{share:.3g}" if difference[j] < 1 else f"{share:.0f}"
     return f"differs from it by up to {text} % (joint {j + 1})"

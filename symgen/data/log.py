@@ -36,7 +36,7 @@ from symgen.data.raw import (
 from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
 from symgen.data.stretch import GAP
-from symgen.data.tables import SUFFIXES, TEXTS, open_table, whole
+from symgen.data.tables import SUFFIXES, TEXTS, open_table, read_all
 from symgen.data.units import Converted
 from symgen.errors import located, plain
 from symgen.names import PRISMATIC
@@ -52,11 +52,11 @@ MIN_SAMPLES = 10
 #: A value whose arrays have one row for each sample.
 Rows = TypeVar("Rows", bound="DataclassInstance")
 
-#: If a revolute joint moves further than this, rad, its positions are probably in degrees.
+#: Range of a revolute joint in rad above which its positions are probably in degrees.
 _MAX_RANGE = 50.0
 _DEGREES = 180.0 / np.pi
-_CHANGING = 0.95  # share of stamps that differ from the one before where a file rounds them
-_LOOKED_AT = 1 << 14  # samples that show the unit of speeds
+_CHANGING = 0.95  # share of stamps that differ from the previous one, in a file that rounds them
+_CHECKED_SAMPLES = 1 << 14  # samples that show the unit of the speeds
 _FILES = "a .csv, .tsv, .txt, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
 #: Ending of a file that symgen does not read -> how to convert it.
 _CONVERTED = {
@@ -79,14 +79,13 @@ def read_log(
     """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
     CSV and Parquet files have columns t, q1.., tau1.. and optional qd1... Names of a recorder
-    (panda_joint1_position, pos_1, time) are matched. Some joints may also have
-    qs1.. (a second encoder). The motion of a base with an IMU is fx, fy, fz (specific force a - g)
-    and wx, wy, wz (angular velocity), in its axes. Other columns are ignored. NPZ files have arrays
-    t (N,), q and tau (N, n), and optional qd and qs (N, n), and imu (N, 6), of float or integer
-    type; (N,) is accepted for a single joint. MCAP files and bags have messages
-    sensor_msgs/msg/JointState, whose effort is tau.
-    Columns in other units (deg, ms, mNm, dates) are converted if an option or the header says so.
-    Empty cells are interpolated.
+    (panda_joint1_position, pos_1, time) are matched. Some joints may also have qs1.. (a second
+    encoder). The motion of a base with an IMU is fx, fy, fz (specific force a - g) and wx, wy, wz
+    (angular velocity), in its axes. Other columns are ignored. NPZ files have arrays t (N,), q and
+    tau (N, n), and optional qd and qs (N, n), and imu (N, 6), of float or integer type; (N,) is
+    accepted for a single joint. MCAP files and bags have messages sensor_msgs/msg/JointState, whose
+    effort is tau. Columns in other units (deg, ms, mNm, dates) are converted if an option or the
+    header says so. Empty cells are interpolated.
 
     Args:
         path: the file, or the folder of a bag.
@@ -119,14 +118,14 @@ def read_log(
                 if reading.unit or reading.time_unit:
                     refuse("--unit and --time-unit: messages are in rad and s", "CSV, Parquet, NPZ")
                 fields = {ours: theirs for ours, theirs in mapping.items() if theirs in FIELDS}
-                asked = replace(reading, columns=reading.pairs or fields)
-                raw = read_bag(path, asked, names, wanted.currents)
+                with_fields = replace(reading, columns=reading.pairs or fields)
+                raw = read_bag(path, with_fields, names, wanted.currents)
             elif path.suffix.lower() not in (*SUFFIXES, *TEXTS):
                 how = _CONVERTED.get(path.suffix.lower(), _FILES)
                 refuse(f"the extension {path.suffix!r} is not known", how)
             else:
                 with open_table(str(path), wanted) as table:
-                    raw = whole(table)
+                    raw = read_all(table)
         except (OSError, ValueError) as error:
             refuse(f"cannot be read: {error}", _FILES)
         return checked_log(plain(path.name), raw, n, sigma, drive, names, reading)
@@ -170,14 +169,16 @@ def make_log(
         LogError: fewer than 10 samples, different shapes, a value that is not finite, time that
             does not increase, a wrong number of joints, or degrees instead of radians.
     """
-    given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "qs": qs, "qr": qr,
+    arrays = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "qs": qs, "qr": qr,
              "qdr": qdr, "imu": imu}  # fmt: skip
     with located(name):
         try:
-            held = {role: np.asarray(x, order="C") for role, x in given.items() if x is not None}
+            plain_arrays = {
+                role: np.asarray(x, order="C") for role, x in arrays.items() if x is not None
+            }
         except ValueError as error:
             refuse(str(error), KEYS)
-        return checked_log(name, Raw(held), n, sigma, drive)
+        return checked_log(name, Raw(plain_arrays), n, sigma, drive)
 
 
 def cut(log: Log, start: float | None, until: float | None) -> Log:
@@ -191,9 +192,9 @@ def cut(log: Log, start: float | None, until: float | None) -> Log:
 
 
 def _used(name: str, t: FloatArray, reading: Reading) -> tuple[slice, tuple[str, ...]]:
-    """Return the rows of the span to use, and a line that says so.
+    """Return the rows of the selected span, and a note on them.
 
-    The clock may go back: the rows begin after the last one before the span, and end before the
+    The clock may go back. The rows begin after the last one before the span, and end before the
     first one after it.
     """
     low, high = reading.span
@@ -233,8 +234,8 @@ def checked_log(
     Args:
         name: name of the log.
         raw: content of the file.
-        n, sigma, drive, names: of the robot.
-        reading: the span of time, and units that the user gave.
+        n, sigma, drive, names: as in `read_log`.
+        reading: the span of time, and units from the user.
         part: whether it is a part of a log, in which a channel may be missing.
 
     Raises:
@@ -261,10 +262,10 @@ def checked_log(
         arrays = {role: read_only(x[span]) for role, x in arrays.items()}
     t, rounded = _clock(t, _shown("t", raw.names))
     for role in arrays.keys() & set(BESIDE):
-        whole = _beside(role, arrays.pop(role))
-        arrays |= {} if np.isnan(whole).all() else {role: whole}
+        column = _optional_column(role, arrays.pop(role))
+        arrays |= {} if np.isnan(column).all() else {role: column}
     if "qd" in arrays and np.isnan(arrays["qd"]).all() and not part:
-        del arrays["qd"]  # a recorder that has no speeds
+        del arrays["qd"]  # the recorder has no speeds
     missing: Bools = np.zeros((len(t), joints, 3), dtype=bool)
     for role, k in (("q", 0), ("qd", 1), ("tau", 2), ("i", 2)):
         if role in arrays:
@@ -284,16 +285,16 @@ def checked_log(
     )  # fmt: skip
     log = log if drive is None else joint_side(log, drive)
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
-    sure = "q" in given_roles(reading)
+    sure = "q" in roles_with_unit(reading)
     _require_radians(t, log.q, log.qd, revolute, sure, raw.names)
     return log
 
 
 def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...]]:
-    """Return times that increase: those of the log, or of a uniform clock that rounding hid.
+    """Return increasing times: those of the log, or those of a uniform clock behind rounded stamps.
 
-    Stamps are rounded where some repeat, and where each new stamp comes within a sample of the
-    place that a uniform clock gives it.
+    Stamps are rounded if some repeat, and if each new stamp is within a sample of the uniform
+    clock.
 
     Args:
         t: (N,) stamps, s.
@@ -309,9 +310,9 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
     if steps.min() == 0 and MIN_SAMPLES < len(change) < _CHANGING * len(steps):
         step, start = np.polyfit(change, t[change], 1)
         if np.abs(t[change] - start - step * change).max() < 1.5 * step:
-            says = f"stamps are rounded to {1e3 * np.median(steps[change - 1]):.3g} ms"
+            text = f"stamps are rounded to {1e3 * np.median(steps[change - 1]):.3g} ms"
             done = f"replaced by a uniform clock of {1e3 * step:.4g} ms"
-            return read_only(start + step * np.arange(len(t))), ((column, says, done),)
+            return read_only(start + step * np.arange(len(t))), ((column, text, done),)
     back = steps < 0
     k = int(np.argmax(back if back.any() else steps == 0)) + 1
     accepted = "strictly increasing time in s, with all its digits"
@@ -323,16 +324,16 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
     )
 
 
-def given_roles(reading: Reading) -> set[str]:
-    """Return the roles whose unit the user gave."""
+def roles_with_unit(reading: Reading) -> set[str]:
+    """Return the roles whose unit the user set."""
     every = {"q", "qd", "qs", "qr", "qdr"} if "" in reading.unit else set[str]()
     return every | {re.sub("[0-9]+", "", column) for column in reading.unit}
 
 
 def _shown(column: str, names: Mapping[str, str]) -> str:
     """Return a column for a message, with its name in the file."""
-    own = names.get(column, column)
-    return column if own == column else f"{plain(own[:80])} ({column})"
+    name = names.get(column, column)
+    return column if name == column else f"{plain(name[:80])} ({column})"
 
 
 def _filled(
@@ -343,7 +344,7 @@ def _filled(
     names: Mapping[str, str],
     part: bool,
 ) -> FloatArray:
-    """Interpolate what a file lacks: by a cubic over few samples, else without overshoot.
+    """Interpolate missing values: by a cubic over few samples, otherwise without overshoot.
 
     Values before the first one and after the last one are constant.
     """
@@ -372,7 +373,7 @@ def _filled(
 
 
 def long_runs(lost: Bools) -> Bools:
-    """Return the samples (N,) in runs that no interpolation may fill: of 10 steps, or at an end."""
+    """Return the samples (N,) in runs that must not be interpolated: 10 steps long or at an end."""
     out = np.zeros(len(lost), dtype=bool)
     for first, end in spans(lost):
         if end - first >= GAP - 1 or first == 0 or end == len(lost):
@@ -380,7 +381,7 @@ def long_runs(lost: Bools) -> Bools:
     return out
 
 
-def _beside(role: str, x: FloatArray) -> FloatArray:
+def _optional_column(role: str, x: FloatArray) -> FloatArray:
     """Check a column such as qs (N, n): complete on each joint that has it."""
     for j, column in enumerate(x.T):
         bad = np.count_nonzero(~np.isfinite(column))
@@ -419,23 +420,23 @@ def _require_radians(
             refuse(what, f"{accepted}deg, or --unit rad if it turns so far")
     if qd is None:
         return
-    # some ten thousand samples over the whole log are enough to find the unit
-    at = np.arange(0, len(t) - 2, max(1, len(t) // _LOOKED_AT))
+    # about ten thousand samples over the log are enough to find the unit
+    at = np.arange(0, len(t) - 2, max(1, len(t) // _CHECKED_SAMPLES))
     slope, speed = (q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1]
     sizes = rms(slope), rms(speed)
     # At rest both are noise with an arbitrary ratio: require that they move together.
-    together = np.mean(slope * speed, axis=0) >= 0.5 * sizes[0] * sizes[1]
+    in_step = np.mean(slope * speed, axis=0) >= 0.5 * sizes[0] * sizes[1]
     for j in revolute:
-        if not together[j] or not sizes[0][j] or not sizes[1][j]:
+        if not in_step[j] or not sizes[0][j] or not sizes[1][j]:
             continue
         ratio = sizes[0][j] / sizes[1][j]
         positions = ("q", "qd", "q=deg,qd=rad/s", ratio)
         speeds = ("qd", "q", "q=rad,qd=deg/s", 1 / ratio)
         for role, other, units, factor in (positions, speeds):
             if abs(factor / _DEGREES - 1.0) < 0.05:
-                own, rad = (_shown(f"{r}{j + 1}", names) for r in (role, other))
+                degrees, rad = (_shown(f"{r}{j + 1}", names) for r in (role, other))
                 what = (
-                    f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {own} "
+                    f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {degrees} "
                     f"looks like degrees and {rad} like radians"
                 )
                 refuse(what, f"{accepted}with the units of both, such as --unit {units}")

@@ -1,7 +1,7 @@
-"""Long logs in files: which files a source names, their stretches without gaps, and rows of them.
+"""Long logs in files: the files of a source, their stretches without gaps, and reading by rows.
 
 A source is a path, a pattern (`logs/*.parquet`), a folder, or a URL. Parquet and uncompressed NPZ
-are read by rows, CSV and compressed NPZ as a whole.
+are read by rows. CSV and compressed NPZ are read completely.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from symgen.errors import located, plain
 if TYPE_CHECKING:
     from symgen.robot.types import Robot
 
-#: Samples of all logs of a run together above which they are read segment by segment, and samples
+#: Number of samples in all logs of a run above which they are read segment by segment, and samples
 #: of a segment.
 LIMIT = 1 << 18
 Source = str | Path | Log
@@ -38,9 +38,9 @@ _ACCEPTED = "Parquet, CSV or NPZ files, a folder of them, a pattern such as 'log
 
 
 def is_long(sources: Sequence[Source]) -> bool:
-    """Whether logs are read segment by segment: tables of many samples, or a URL.
+    """Return whether logs are read segment by segment: tables with many samples, or a URL.
 
-    One CSV is not, as it is read as a whole.
+    A CSV is not, because it is read completely.
     """
     names = ["" if isinstance(source, Log) else str(source) for source in sources]
     if not all(name.lower().endswith(SUFFIXES) for name in names):
@@ -52,19 +52,19 @@ def is_long(sources: Sequence[Source]) -> bool:
 
 
 def expanded(sources: Sequence[Source]) -> list[Source]:
-    """Return logs with the files of each pattern, folder and URL in its place, sorted.
+    """Replace patterns, folders and URLs by their files, sorted.
 
     Raises:
         LogError: a pattern, a folder or a URL has no log file.
     """
     out: list[Source] = []
     for source in sources:
-        found = None if isinstance(source, Log) else _files(str(source))
-        known = sorted(name for name in found or () if name.lower().endswith(SUFFIXES))
-        if found is not None and not known:
+        files = None if isinstance(source, Log) else _files(str(source))
+        known = sorted(name for name in files or () if name.lower().endswith(SUFFIXES))
+        if files is not None and not known:
             with located(str(source)):
                 refuse("no file of a log is there", _ACCEPTED)
-        out += [source] if found is None else known
+        out += [source] if files is None else known
     return out
 
 
@@ -92,7 +92,7 @@ class Stretch:
         times: times of the first and the last row, s.
         step: sampling step, s.
         measured: whether the file has speeds.
-        units: of the columns of the file.
+        units: units of the columns of the file.
         kind: "train" or "validation".
     """
 
@@ -116,7 +116,7 @@ class Stretch:
         return replace(self, rows=(first, last), times=(begin, end))
 
     def within(self, low: float, high: float) -> Stretch:
-        """Return the part between two times; one sample where there is none."""
+        """Return the part between two times; one sample if no row is in between."""
         begin, end = self.times
         first, last = ((min(max(x, begin), end) - begin) / self.step for x in (low, high))
         row = self.rows[0]
@@ -151,9 +151,9 @@ def stretches(name: str, robot: Robot, reading: Reading) -> list[Stretch]:
     every = [*times, *last.tolist()]
     ends = zip(pairwise([*edges, row]), zip(every[::2], every[1::2], strict=True), strict=True)
     for k, (rows, (begin, end)) in enumerate(ends):
-        apart = (end - begin) / max(rows[1] - rows[0] - 1, 1) or step
+        step_of_stretch = (end - begin) / max(rows[1] - rows[0] - 1, 1) or step
         label = log if len(edges) == 1 else f"{log}, stretch {k + 1}"
-        s = Stretch(name, label, rows, (begin, end), apart, table.measured, table.units)
+        s = Stretch(name, label, rows, (begin, end), step_of_stretch, table.measured, table.units)
         out.append(s.within(*reading.span))
     return out
 
@@ -164,10 +164,10 @@ def read_rows(
     """Return rows of a file as a log on the joint side.
 
     Args:
-        stretch: one of the file, which `stretches` has checked.
+        stretch: a stretch of the file, checked by `stretches`.
         rows: first row and row after the last.
         robot: the robot of the log.
-        reading: how the file is read, of no span of time.
+        reading: options of reading the file, without a span of time.
         label: name of the log; "" for that of the stretch.
 
     Raises:

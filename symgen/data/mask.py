@@ -17,11 +17,12 @@ from symgen.data.raw import FloatArray, Places
 
 #: A joint below this share of its largest speed, for this long in s, is at rest.
 SLOW, REST = 0.02, 0.1
-#: A joint ten times slower, for a third of that time, is at rest too: a stop between two moves.
+#: A joint ten times slower, for a third of that time, is also at rest: a stop between two moves.
 STOPPED, STOP = 0.1, 0.03
 #: A joint whose largest speed is below this share of the fastest one of its type never moves.
 STILL = 0.02
-#: A torque this near to a declared limit, or this many times in a row at its extreme, is saturated.
+#: A torque this close to a declared limit, or this many times in a row at its extreme, is
+#: saturated.
 NEAR, STUCK = 0.999, 5
 _SAME = 1e-9
 
@@ -119,10 +120,10 @@ def mean_speeds(q: FloatArray, step: float, span: float = REST) -> FloatArray:
         span: length of the span, s.
     """
     half, at = max(1, round(span / step / 2)), np.arange(len(q))
-    apart = np.minimum(at + half, len(q) - 1) - np.maximum(at - half, 0)
-    held = np.pad(q, ((half, half), (0, 0)), mode="edge")  # its slices are not copied
-    change = held[2 * half :] - held[: -2 * half]
-    return np.asarray(change / (np.maximum(apart, 1) * step)[:, None])
+    steps = np.minimum(at + half, len(q) - 1) - np.maximum(at - half, 0)
+    padded = np.pad(q, ((half, half), (0, 0)), mode="edge")  # no copy of the slices
+    change = padded[2 * half :] - padded[: -2 * half]
+    return np.asarray(change / (np.maximum(steps, 1) * step)[:, None])
 
 
 def resting(q: FloatArray, step: float, slow: FloatArray) -> Bools:
@@ -189,7 +190,7 @@ def _long(slow: Bools, step: float) -> Bools:
 
 
 def in_rows(flags: Bools, least: int) -> Bools:
-    """Return the flags (N, n) that are in runs of at least `least` samples."""
+    """Return the flags (N, n) in runs of at least `least` samples."""
     return np.column_stack([_runs(column, least) for column in flags.T])
 
 

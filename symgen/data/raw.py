@@ -54,15 +54,15 @@ def columns_from(text: str) -> dict[str, str]:
     Raises:
         LogError: the text has another form, or names a column twice.
     """
-    found: dict[str, str] = {}
+    columns: dict[str, str] = {}
     for pair in text.split(",") if text else ():
         ours, sign, theirs = (part.strip() for part in pair.partition("="))
         if not (ours and sign and theirs):
             raise LogError(f"--columns: {pair[:40]!r}; accepted: {_PAIRS}")
-        if ours in found:
+        if ours in columns:
             raise LogError(f"--columns: {ours} is given twice; accepted: {_PAIRS}")
-        found[ours] = theirs
-    return found
+        columns[ours] = theirs
+    return columns
 
 
 def units_from(text: str) -> dict[str, str]:
@@ -73,7 +73,7 @@ def units_from(text: str) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Reading:
-    """How logs are read; the same for every log of a command.
+    """Options for reading logs; the same for every log of a command.
 
     Attributes:
         columns: log column -> column of the file, {"t": "time", "q1": "shoulder"}; or a pattern
@@ -87,11 +87,11 @@ class Reading:
         unit: column or role -> its unit in the file, {"q": "deg", "tau1": "mNm"}; "" for all
             angles, {"": "deg"}.
         time_unit: unit of t in the file, "s", "ms", "us" or "ns"; "" if it is s, or if the header
-            says it.
+            states it.
         separator: character between the columns of a CSV; "" for that of its header.
         decimal: decimal mark of a CSV, "." or ","; "" for that of its first numbers.
-        header: whether the first line of a CSV has the names of its columns; they are 1, 2, ..
-            without it.
+        header: whether the first line of a CSV contains the names of its columns. Without it, they
+            are 1, 2, ...
     """
 
     columns: Mapping[str, str] | str = field(default_factory=dict)
@@ -111,7 +111,7 @@ class Reading:
 
         Raises:
             LogError: an unknown column, mask or unit, a repeated name, an empty span of time, a
-                separator of several characters, or a decimal mark that is none.
+                separator of several characters, or an invalid decimal mark.
         """
         if isinstance(self.columns, str):
             object.__setattr__(self, "columns", columns_from(self.columns))
@@ -130,8 +130,8 @@ class Reading:
         for ours in self.pairs:
             if ours not in (*ROLES, *IMU) and NUMBERED.fullmatch(ours) is None:
                 raise LogError(f"--columns: {ours!r} is no column of a log; accepted: {_ROLES}")
-        for what, given in (("--columns", self.pairs.values()), ("--joints", self.joints)):
-            names = list(given)
+        for what, values in (("--columns", self.pairs.values()), ("--joints", self.joints)):
+            names = list(values)
             twice = [name for name in names if names.count(name) > 1]
             if twice or not all(names):
                 fault = f"{twice[0]!r} is given twice" if twice else "an empty name"
@@ -167,8 +167,8 @@ class Wanted:
         drive: drive of the robot. If it has torque constants, currents may replace torques.
         joints: names of the movable joints; they may be empty.
         n: number of movable joints, or None if unknown.
-        sigma: types of the movable joints; revolute where there is none.
-        columns: mapping of columns in the robot file, for files without the names of a log.
+        sigma: types of the movable joints; empty if all are revolute.
+        columns: columns from the robot file, for files without log names.
     """
 
     reading: Reading
@@ -194,7 +194,7 @@ class Raw:
         ignored: the other columns of the file.
         notes: how the file was read.
         names: log column ("q1") -> column of the file, for messages.
-        converted: columns of another unit: (columns, unit and what says it, what was done).
+        converted: columns in another unit: (columns, unit and its source, conversion).
     """
 
     arrays: Mapping[str, npt.NDArray[Any]]
@@ -207,8 +207,8 @@ class Raw:
         """Make names of the file plain."""
         object.__setattr__(self, "ignored", tuple(map(plain, self.ignored)))
         object.__setattr__(self, "notes", tuple(map(plain, self.notes)))
-        told = tuple(tuple(map(plain, entry)) for entry in self.converted)
-        object.__setattr__(self, "converted", told)
+        converted = tuple(tuple(map(plain, entry)) for entry in self.converted)
+        object.__setattr__(self, "converted", converted)
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,9 +232,9 @@ class Log:
         qs: (N, n) link positions in rad (m), measured behind the elasticity of the joint, NaN for
             joints without a second encoder; or None. [drive] does not convert them.
         qr, qdr: (N, n) reference of the controller in rad (m) and rad/s (m/s), or None.
-        command: (N, n) part of tau that the reference gives, N m (N), if the gains of the
-            controller gave tau; or None.
-        missing: (N, n, 3) values of q, qd and tau that the file lacks and symgen interpolated; or
+        command: (N, n) part of tau from the reference, N m (N), if tau comes from the gains of the
+            controller; or None.
+        missing: (N, n, 3) values of q, qd and tau that are missing in the file and interpolated; or
             None.
         converted: as in `Raw`.
         imu: (N, 6) motion of the base as in IMU, or None.
@@ -329,8 +329,8 @@ def refuse_currents() -> NoReturn:
 def require_size(path: Path, announced: int) -> None:
     """Refuse a file whose unpacked size is far above its size on the disk.
 
-    Noise limits the compression of measured signals to a small factor. A larger factor is made to
-    exhaust memory.
+    Noise limits the compression of measured signals to a small factor. A larger factor indicates a
+    file made to exhaust memory.
 
     Args:
         path: the file.
@@ -353,7 +353,7 @@ def csv_bytes(names: Sequence[str], rows: FloatArray, digits: int = 9) -> bytes:
 
 
 def read_only(array: npt.ArrayLike) -> FloatArray:
-    """Return a read-only float64 copy of an array, or the array if it already is one."""
+    """Return a read-only float64 copy of an array, or the array itself if it is one already."""
     if (
         isinstance(array, np.ndarray)
         and array.dtype == np.float64

@@ -24,19 +24,19 @@ STEP_TOLERANCE = 0.01
 
 #: Share of the power of a joint's speed that lies below half the comparison band.
 POWER = 0.99
-#: Hz: the comparison band is at least and at most this. Friction steps at reversals live up there.
+#: Hz: limits of the comparison band. Friction steps at reversals need the upper part.
 LOWEST, HIGHEST = 2.0, 10.0
-#: Cutoffs above this share of the sampling rate filter nothing: positions are taken as they are.
+#: Above this share of the sampling rate, a cutoff does not filter.
 OPEN = 0.45
-_SEEN = 50.0  # Hz, of the speeds whose spectrum is looked at
-_GRID = np.linspace(0.0, _SEEN, 2001)
+_SPECTRUM_HZ = 50.0  # Hz: highest frequency of the speeds in the spectrum
+_GRID = np.linspace(0.0, _SPECTRUM_HZ, 2001)
 #: Cutoff of missing speeds over the comparison band: the filter loses (1/10)**8 of the motion.
 _MARGIN = 5.0
 #: Periods of the cutoff after which the impulse response of `lowpass` is below 1e-10 of its peak.
 TAIL = 9.6
 
 _SLOW = 10.0  # Hz
-_LOST = 3.0  # steps that jitter or a lost row may take, whatever the motion
+_LOST = 3.0  # steps that jitter or a lost row may take, for every motion
 _BRIDGED = 0.025  # s: a quarter of a period of the highest comparison band
 _MISSING = 0.3  # share of steps that may differ from the clock
 
@@ -95,9 +95,9 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
     """Give a log uniform time steps and a velocity.
 
     If the time steps vary by more than 1 %, a cubic spline resamples the log. Measured velocities
-    stay unchanged. Missing velocities are the derivative of q after a zero-phase low-pass filter; q
-    is then the filtered one, so that both describe the same motion. No filter is used if the rate
-    of the log is too low for it.
+    stay unchanged. Missing velocities are the derivative of q after a zero-phase low-pass filter. q
+    is then filtered too, so that both describe the same motion. No filter is used if the sampling
+    rate is too low for it.
 
     Args:
         log: the measured log.
@@ -113,11 +113,11 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
     if not s.velocity_derived:
         note = "qd was measured and is used unfiltered, whatever the cutoff"
         return s if cutoff is None else replace(s, notes=(*s.notes, f"{log.name}: {note}"))
-    given = cutoff is not None
+    from_user = cutoff is not None
     used = cutoff if cutoff is not None else _MARGIN * comparison_band([s])
-    if given or can_filter(used, s.step):
+    if from_user or can_filter(used, s.step):
         q, qd = lowpass_and_slopes(s.q, s.step, used, 1)
-        source = "from the user" if given else "from the motion's bandwidth"
+        source = "from the user" if from_user else "from the motion's bandwidth"
         how = f"both through a zero-phase low-pass filter at {used:.4g} Hz ({source})"
     else:
         q, qd, nyquist = s.q, differentiate(s.q, s.step), 0.5 / s.step
@@ -130,17 +130,20 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
 def comparison_band(logs: Sequence[Samples]) -> float:
     """Return the band in which torques are compared, Hz.
 
-    It is twice the lowest frequency that has 99 % of the power of a joint's speed below it, over
-    all logs, for the joint with the largest value, within 2 to 10 Hz. Speeds are central
-    differences of positions below 50 Hz. A piece of a longer log begins and ends during motion,
-    which would widen its spectrum; a Hann window therefore fades its speeds in and out (Welch
-    1967).
+    It is twice the lowest frequency with 99 % of the power of a joint's speed below it. The joint
+    with the largest value over all logs counts, within 2 to 10 Hz. Speeds are central differences
+    of positions below 50 Hz. A piece of a longer log begins and ends during motion, which would
+    widen its spectrum. A Hann window therefore fades its speeds in and out (Welch 1967).
     """
-    found = 0.0
+    highest = 0.0
     for j in range(logs[0].q.shape[1]):
         power: FloatArray = np.zeros(len(_GRID))
         for s in logs:
-            q = lowpass(s.q[:, j], s.step, _SEEN) if can_filter(_SEEN, s.step) else s.q[:, j]
+            q = (
+                lowpass(s.q[:, j], s.step, _SPECTRUM_HZ)
+                if can_filter(_SPECTRUM_HZ, s.step)
+                else s.q[:, j]
+            )
             speed = np.gradient(q, s.step)
             speed = speed - speed.mean()
             if s.piece:
@@ -150,16 +153,16 @@ def comparison_band(logs: Sequence[Samples]) -> float:
             frequency = np.fft.rfftfreq(len(speed), s.step)
             power = power + np.interp(_GRID, frequency, np.cumsum(lines))
         if power[-1] > 0:
-            found = max(found, 2 * float(_GRID[np.searchsorted(power, POWER * power[-1])]))
-    return min(max(found, LOWEST), HIGHEST)
+            highest = max(highest, 2 * float(_GRID[np.searchsorted(power, POWER * power[-1])]))
+    return min(max(highest, LOWEST), HIGHEST)
 
 
 def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
-    """Give a log uniform time steps, without a filter (the band of a run filters later).
+    """Give a log uniform time steps, without a filter (the filters of a run come later).
 
-    Gaps in time are masked: the samples on both sides keep their own windows and filters.
-    If speeds were not measured, `qd` is the derivative of positions below 10 Hz. This is enough to
-    distinguish rest from motion; equations compute their own derivatives.
+    Gaps in time are masked, so that windows and filters do not cross them. If speeds were not
+    measured, `qd` is the derivative of positions below 10 Hz. This is enough to distinguish rest
+    from motion. Equations compute their derivatives separately.
 
     Args:
         log: the measured log.
@@ -215,9 +218,9 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
 
 
 def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
-    """Insert rows into gaps that the motion does not let an interpolation fill.
+    """Insert rows into gaps that are too long to interpolate the motion.
 
-    A spline follows a motion over a quarter of its shortest period.
+    A spline follows a motion over at most a quarter of its shortest period.
 
     Returns:
         The log, and its inserted rows (N,).
@@ -239,7 +242,7 @@ def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
     wide = holes(t, step, longest)
     added = [np.linspace(t[k], t[k + 1], missing[k] + 2)[1:-1] for k in wide]
     times = np.sort(np.concatenate([t, *added]))
-    lost = touched(~np.isin(times, t), round(longest / step))  # filters reach so far
+    lost = touched(~np.isin(times, t), round(longest / step))  # filters reach that far
     return _resampled(log, times, smooth=False), lost
 
 
@@ -322,13 +325,13 @@ def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -
     padded = np.concatenate([head, flat, tail])
     size = int(next_fast_len(len(padded), real=True))
     gains = [rfft(response(step, cutoff, length, k), size) for k in range(slopes + 1)]
-    found = [np.empty(flat.shape, order="F") for _ in gains]  # each channel is contiguous
+    outputs = [np.empty(flat.shape, order="F") for _ in gains]  # contiguous channels
     inside = slice(2 * length, 2 * length + samples)
     for channel in range(flat.shape[1]):
         transform = rfft(padded[:, channel], size)
-        for out, gain in zip(found, gains, strict=True):
+        for out, gain in zip(outputs, gains, strict=True):
             out[:, channel] = irfft(transform * gain, size)[inside]
-    return [out.reshape(x.shape) for out in found]
+    return [out.reshape(x.shape) for out in outputs]
 
 
 @lru_cache(maxsize=64)
@@ -338,7 +341,7 @@ def response(step: float, cutoff: float, length: int, slope: int = 0) -> FloatAr
         h(t) = sum over k = 0..3 of Re(-i w_k/8 exp(i w_k |t|)),
         w_k = 2 pi cutoff exp(i pi (2k + 1)/8)
 
-    is the inverse transform of 1 / (1 + (w / 2 pi cutoff)**8). Weights of the derivative `slope`
+    It is the inverse transform of 1 / (1 + (w / 2 pi cutoff)**8). Weights of the derivative `slope`
     are exact for polynomials up to that degree.
 
     Args:
@@ -359,7 +362,7 @@ def response(step: float, cutoff: float, length: int, slope: int = 0) -> FloatAr
 
 def end_window(step: float, cutoff: float) -> int:
     """Return the number of end samples for the local cubic of `continuation`."""
-    # Compared on sines at a fifth of the cutoff: shorter windows pass noise, longer ones distort.
+    # Chosen on sines at a fifth of the cutoff: shorter windows pass noise, longer ones distort.
     return max(6, math.ceil(0.6 / (cutoff * step)))
 
 
@@ -369,7 +372,7 @@ def continuation(x: FloatArray, length: int, window: int) -> FloatArray:
     Args:
         x: the signal.
         length: fewer than N.
-        window: number of samples for the local cubic at its first one.
+        window: number of samples for the local cubic at the first sample.
     """
     window = min(window, len(x))
     start, curvature = _end_of_cubic(window) @ x[:window]
@@ -379,7 +382,9 @@ def continuation(x: FloatArray, length: int, window: int) -> FloatArray:
 
 @lru_cache(maxsize=32)
 def _end_of_cubic(window: int) -> FloatArray:
-    """Return the matrix from samples to value and second derivative of their cubic at the first."""
+    """Return the matrix from samples to the value and second derivative of their cubic at the first
+    one.
+    """
     powers = min(3, window - 1) + 1
     s = np.arange(window) / window
     fit = np.linalg.pinv(np.vander(s, powers, increasing=True))
@@ -388,7 +393,7 @@ def _end_of_cubic(window: int) -> FloatArray:
 
 
 def can_filter(cutoff: float, step: float) -> bool:
-    """Whether a cutoff in Hz is far enough below the Nyquist frequency for a low-pass."""
+    """Return whether a cutoff in Hz is far enough below the Nyquist frequency for a low-pass."""
     return cutoff < OPEN / step
 
 
@@ -406,7 +411,7 @@ def white_noise(
 ) -> FloatArray:
     """Return the standard deviation of white noise from its part above a band.
 
-    White noise with variance v has v band / Nyquist in the band, and the rest above it.
+    White noise with variance v has v band / Nyquist in the band and the rest above it.
 
     Args:
         high: (N, k) signal above the band; the ends, where filters settle, are not used.
@@ -435,7 +440,7 @@ def _typical(x: FloatArray) -> float:
 def differentiate(x: FloatArray, step: float) -> FloatArray:
     """Return dx/dt, the derivative of the interpolating spline of degree five, with zero phase.
 
-    The degree is less for few samples. It is exact for polynomials up to its degree. For a sine,
+    The degree is lower for few samples. It is exact for polynomials up to its degree. For a sine,
     the error at inner samples is of sixth order in the step.
 
     Args:

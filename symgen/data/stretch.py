@@ -8,14 +8,14 @@ from symgen.data.raw import FloatArray, Places
 
 #: A time step of this many medians is a gap; no interpolation may fill it.
 GAP = 10.0
-_MADE_GOOD = 100  # samples to check after a wide step
+_CATCH_UP = 100  # samples to check after a wide step
 
 
 def holes(t: FloatArray, step: float, longest: float | None = None) -> Places:
     """Return the samples before a gap: a time step above a limit.
 
-    A busy host writes stamps late, and then several at once. If the following samples catch up with
-    the clock, up to half of the limit, there is no gap.
+    A busy computer writes stamps late, and then several at once. If the following samples catch up
+    with the clock, up to half of the limit, there is no gap.
 
     Args:
         t: (N,) times, s.
@@ -26,6 +26,6 @@ def holes(t: FloatArray, step: float, longest: float | None = None) -> Places:
     wide = np.flatnonzero(np.diff(t) > longest)
     missing = []
     for k in wide:
-        after = t[k + 1 : k + 1 + _MADE_GOOD]
+        after = t[k + 1 : k + 1 + _CATCH_UP]
         missing.append(np.min((after - t[k]) / step - np.arange(1, len(after) + 1)))
     return np.asarray(wide[step * np.array(missing, dtype=float) > longest / 2], dtype=np.int64)

@@ -1,7 +1,7 @@
-"""Read logs as tables: CSV, Parquet on a disk or at a URL, and NPZ.
+"""Read logs as tables: CSV, NPZ, and Parquet on disk or at a URL.
 
 Parquet is read in batches, each row once. Uncompressed NPZ (numpy.savez) is read by rows. CSV and
-compressed NPZ are read as a whole.
+compressed NPZ are read completely.
 """
 
 from __future__ import annotations
@@ -50,18 +50,19 @@ from symgen.errors import SymgenError, located, plain
 
 BATCH = 1 << 15  # rows to read at once
 _SHOWN = 1 << 14  # rows that show the rate of a file
-#: What a time column may hold.
+#: Accepted content of a time column.
 _TIMES = "seconds, or dates such as 2026-01-31T13:00:00.250"
 #: Characters that may separate the columns of a table that was read as one column.
 _MARKS = ",;|: "
-_INDEXED = re.compile(r"(|.*[^A-Za-z])([A-Za-z]+)(\W*[0-9]+\W*)")  # of an array of a message
+# column name of an array in a message
+_INDEXED = re.compile(r"(|.*[^A-Za-z])([A-Za-z]+)(\W*[0-9]+\W*)")
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
 _BUFFER = 1 << 20  # bytes to read at once
 _HEADER = struct.Struct("<4s22xHH")  # of a file in an archive: signature, lengths of two names
 _SIGNATURE = b"PK\x03\x04"
 #: File endings of tables.
 SUFFIXES = (".csv", ".parquet", ".npz")
-#: Endings of a single file, not of the logs in a folder.
+#: Endings of single files only, not of logs in a folder.
 TEXTS = (".tsv", ".txt")
 
 
@@ -74,8 +75,8 @@ def open_table(
     Args:
         name: name of a file with an ending in SUFFIXES, or URL of a Parquet file.
         wanted: what to read.
-        sound: whether its checksums have been verified.
-        units: its units; None to find them.
+        sound: whether its checksums are already verified.
+        units: its units; None to determine them.
 
     Raises:
         LogError: it cannot be read, is not a log, or has an unknown unit.
@@ -104,7 +105,7 @@ def _in_si(table: Table, wanted: Wanted, units: Units | None) -> Table:
     return replace(table, units=units or IN_SI)
 
 
-def whole(table: Table) -> Raw:
+def read_all(table: Table) -> Raw:
     """Read all rows of a table as C-contiguous arrays."""
     (raw,) = table.spans([(0, table.rows)])
     arrays = {role: np.ascontiguousarray(x) for role, x in raw.arrays.items()}
@@ -121,13 +122,13 @@ class ColumnTable:
     """An open table with one column for each joint.
 
     Attributes:
-        ends: row after the last of each group of rows that is decoded together.
+        ends: row after the last one of each group of rows that is decoded at once.
         groups: role -> joint (from 0) -> log column.
         stored: log column -> column in the record batches.
         names: log column -> column of the file, for messages.
         notes: columns that were matched automatically.
         batches: yields columns of groups of rows as Arrow record batches.
-        units: of its columns.
+        units: units of its columns.
     """
 
     ends: Places
@@ -140,7 +141,7 @@ class ColumnTable:
 
     @property
     def rows(self) -> int:
-        """The number of its rows."""
+        """Number of rows."""
         return int(self.ends[-1]) if len(self.ends) else 0
 
     @property
@@ -188,7 +189,7 @@ class ColumnTable:
                     continue
                 width = len(self.groups["q"] if role in BESIDE else group)
                 arrays[role] = self.units.si(role, _filled(held, first, last, group, width))
-            yield Raw(arrays, ignored, self.notes, self.names, self.units.told)
+            yield Raw(arrays, ignored, self.notes, self.names, self.units.conversions)
 
 
 def _columns(groups: Mapping[str, Mapping[int, str]]) -> list[str]:
@@ -196,10 +197,10 @@ def _columns(groups: Mapping[str, Mapping[int, str]]) -> list[str]:
 
 
 def _stamps(
-    held: Sequence[tuple[int, Mapping[str, NDArray[Any]]]], first: int, last: int
+    batches: Sequence[tuple[int, Mapping[str, NDArray[Any]]]], first: int, last: int
 ) -> NDArray[Any]:
-    """Gather the times of rows first .. last (exclusive), (N,), in their own type."""
-    parts = [x["t"][max(first - start, 0) : max(last - start, 0)] for start, x in held]
+    """Collect the times of rows first .. last (exclusive), (N,), in their type."""
+    parts = [x["t"][max(first - start, 0) : max(last - start, 0)] for start, x in batches]
     out = np.concatenate(parts) if parts else np.zeros(0)
     out.setflags(write=False)
     return out
@@ -214,20 +215,20 @@ def _numbers(column: Any) -> NDArray[Any]:
 
 
 def _filled(
-    held: Sequence[tuple[int, Mapping[str, NDArray[Any]]]],
+    batches: Sequence[tuple[int, Mapping[str, NDArray[Any]]]],
     first: int,
     last: int,
     group: Mapping[int, str],
     width: int,
 ) -> FloatArray:
-    """Gather columns of rows first .. last (exclusive), (N, width); read-only.
+    """Collect columns of rows first .. last (exclusive), (N, width), read-only.
 
     A missing column is NaN. Each column is contiguous, as in the file.
     """
     out = np.empty((last - first, width), order="F")
     if len(group) < width:
         out[:] = np.nan
-    for start, x in held:
+    for start, x in batches:
         low, high = max(first - start, 0), min(last - start, len(next(iter(x.values()))))
         for j, column in group.items():
             out[start + low - first : start + high - first, j] = x[column][low:high]
@@ -243,7 +244,7 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     """
     form = csv_form(path, wanted.reading)
     names, groups, notes = _assigned(_with_joints(form, wanted), path.name, wanted)
-    # Numbers stand for columns: names of the file may occur twice.
+    # Column numbers as names: names of the file may occur twice.
     stored = {name: str(k) for k, name in enumerate(names)}
     table = _read_csv(path, form, {stored[name]: name for name in _columns(groups)})
     if (form.separator, form.decimal) != (",", "."):
@@ -255,11 +256,11 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
 
 
 def _read_csv(path: Path, form: CsvForm, used: Mapping[str, str]) -> Any:
-    """Return columns of a CSV as an Arrow table of numbers; the column t may hold dates.
+    """Return columns of a CSV as an Arrow table of numbers; the column t may contain dates.
 
     Args:
         path: the file.
-        form: its form.
+        form: form of the CSV.
         used: number of a column, from 0 -> log column.
 
     Raises:
@@ -271,7 +272,7 @@ def _read_csv(path: Path, form: CsvForm, used: Mapping[str, str]) -> Any:
     if not form.first:
         refuse("has a header and no samples", form.accepted)
     columns = [str(k) for k in range(len(form.header))]
-    rows: list[Any] = []  # with another number of cells
+    rows: list[Any] = []  # rows with another number of cells
 
     def refused(row: Any) -> str:
         rows.append(row)
@@ -296,7 +297,7 @@ def _read_csv(path: Path, form: CsvForm, used: Mapping[str, str]) -> Any:
     except pa.ArrowInvalid as invalid:
         error = str(invalid)
     rows.clear()
-    # Only one thread counts rows.
+    # The reader counts rows on a single thread only.
     with suppress(pa.ArrowInvalid):
         texts = table(dict.fromkeys(used, pa.string()), False)
         _require_numbers(texts.to_pydict(), form, used)
@@ -323,14 +324,14 @@ def _require_numbers(
             try:
                 float(cell.translate(swapped) or "nan")
             except ValueError:
-                own = form.header[int(k)]
-                shown = name if own == name else f"{own} ({name})"
+                header = form.header[int(k)]
+                shown = name if header == name else f"{header} ({name})"
                 what = f"column {shown}, sample {sample}: {cell[:40]!r} is not a number"
                 refuse(what, f"{_TIMES}, in {form.accepted}" if name == "t" else form.accepted)
 
 
 def _with_joints(form: CsvForm, wanted: Wanted) -> list[str]:
-    """Return the header; columns have the joint that columns of texts name: field.name0 = elbow.
+    """Return the header, with the joint that text columns name in its columns: field.name0 = elbow.
 
     Raises:
         LogError: the names change, or are not those of the robot's joints.
@@ -376,7 +377,7 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
 
 @contextmanager
 def parquet_file(name: str) -> Iterator[Any]:
-    """Open a Parquet file, on a disk or at a URL.
+    """Open a Parquet file on disk or at a URL.
 
     Raises:
         LogError: it is not a Parquet file.
@@ -445,7 +446,7 @@ def _assigned(
     given = [
         ours_of.get(name, f"{name} (of the file)" if name in columns else name) for name in names
     ]
-    # A header with a unit, q1 [deg], is that of a log without it, where there is one such column.
+    # A header with a unit, q1 [deg], counts as q1 if there is only one such column.
     bare = [split_unit(name)[0] for name in given]
     count = Counter(bare)
     given = [
@@ -528,7 +529,7 @@ class StoredArray:
     Attributes:
         path: the file.
         offset: position of its first byte.
-        shape, dtype: of the whole array.
+        shape, dtype: of the complete array.
     """
 
     path: Path
@@ -552,7 +553,7 @@ class Arrays:
     Attributes:
         arrays: role -> array, with equal numbers of rows; some are in a file.
         ignored: as in `Raw`.
-        units: of its arrays.
+        units: units of its arrays.
     """
 
     arrays: Mapping[str, Any]
@@ -562,7 +563,7 @@ class Arrays:
 
     @property
     def rows(self) -> int:
-        """The number of its rows."""
+        """Number of rows."""
         return int(self.arrays["t"].shape[0])
 
     @property
@@ -580,7 +581,7 @@ class Arrays:
         for first, last in spans:
             arrays = {role: self.units.si(role, x[first:last]) for role, x in self.arrays.items()}
             arrays["t"] = self.units.seconds(arrays["t"])
-            yield Raw(arrays, self.ignored, converted=self.units.told)
+            yield Raw(arrays, self.ignored, converted=self.units.conversions)
 
 
 Table = Arrays | ColumnTable
@@ -592,7 +593,7 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
     Args:
         path: the file.
         wanted: what to read; its columns map log arrays to arrays of the file.
-        sound: whether its checksums have been verified.
+        sound: whether its checksums are already verified.
 
     Raises:
         LogError: the file lacks the arrays of a log.
@@ -669,7 +670,7 @@ def _place(path: Path, file: BinaryIO, entry: zipfile.ZipInfo) -> StoredArray | 
 
 
 def rows_of(name: str) -> int:
-    """Return the number of rows of a file, about; 0 if only reading it would tell."""
+    """Return the approximate number of rows of a file; 0 if only reading it would show it."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -687,7 +688,7 @@ def rows_of(name: str) -> int:
 
 
 def reads_rows(name: str) -> bool:
-    """Whether rows of a file can be read without the others: of Parquet and uncompressed NPZ."""
+    """Return whether single rows of a file can be read: in Parquet and uncompressed NPZ."""
     suffix = name[name.rfind(".") :].lower()
     return suffix == ".parquet" or (suffix == ".npz" and rows_of(name) > 0)
 

@@ -1,7 +1,7 @@
 """Units of the columns of a log, and their conversion to SI.
 
-An option or the header of a column says its unit; otherwise it is in SI. Dates, and integer stamps
-since 1970 whose size and rate fit one unit only, need neither.
+An option or the header of a column states its unit; otherwise it is in SI. Dates need neither. Nor
+do integer stamps since 1970 whose size and rate fit only one unit.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from symgen.data.raw import ANGLES, TIME_UNITS, Raw, Reading, Wanted, refuse
 from symgen.names import PRISMATIC
 
-#: Time step of a log of a robot, s: shortest (a current loop of 20 kHz) and longest.
+#: Sampling step of a robot log, s: shortest (a current loop of 20 kHz) and longest.
 _STEPS = (5e-5, 0.25)
 #: Stamps of the years 2000 to 2100, in s since 1970.
 _DATES = (946684800.0, 4102444800.0)
@@ -41,7 +41,7 @@ class Unit:
         return self.size != 1.0
 
 
-#: Quantity, unit, its size in the SI unit, and how it is written, in lower case without blanks.
+#: Quantity, unit, size in the SI unit, and written forms, in lower case without blanks.
 _TABLE = f"""
 time  s     1     s sec secs second seconds
 time  ms    1e-3  ms msec millis milliseconds
@@ -76,12 +76,12 @@ for _line in _TABLE.strip().splitlines():
         _WRITTEN.setdefault(_form, []).append(_unit)
     if _quantity == "time":
         _TIME.append(_unit)
-#: Forms that need brackets: without them they are letters or words of a name.
+#: Forms that need brackets, because they could also be letters or words of a name.
 _BRACKETED = set("m n a ° °/s turn turns rev revs meter meters kn".split())
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\[\](){}<>]*?)\s*[\])>}]\s*()")
 _BARE = "|".join(map(re.escape, sorted(set(_WRITTEN) - _BRACKETED)))
 _SUFFIX = re.compile(rf"(.*?[a-z0-9*])[\s_.-]+({_BARE})([\s_]*[0-9]+)?", re.IGNORECASE)
-#: Quantities of the roles of a log: of revolute joints, and of prismatic ones.
+#: Quantities of the roles of a log, for revolute joints and for prismatic ones.
 QUANTITIES = {
     "q": ("angle", "length"),
     "qs": ("angle", "length"),
@@ -96,19 +96,19 @@ _SI |= {"force": "N", "current": "A"}
 
 
 def unit_of(text: str, quantity: str) -> Unit | None:
-    """Return the unit that a text means for a quantity, or None."""
+    """Return the unit that a text denotes for a quantity, or None."""
     return next((u for u in _WRITTEN.get(_form_of(text), ()) if u.quantity == quantity), None)
 
 
 def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
     """Return a column name without its unit, and the unit: ("q1", "deg") from "q1 [deg]".
 
-    The unit stands in brackets, or behind the last underscore or blank ("q1_deg"). A number behind
-    it belongs to the name ("q_deg_1"). Only a time has a unit of time.
+    The unit is in brackets, or behind the last underscore or blank ("q1_deg"). A number behind it
+    belongs to the name ("q_deg_1"). Only a time has a unit of time.
 
     Args:
         name: the column in the file.
-        time: whether it holds the time; by default, whether its name has a word for it.
+        time: whether it contains the time; by default, whether its name has a word for it.
     """
     match = _BRACKETS.fullmatch(name) or _SUFFIX.fullmatch(name)
     if match is None or not match[1]:
@@ -122,7 +122,7 @@ def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
 
 
 def unknown_unit(name: str) -> str:
-    """Return text in brackets at the end of a column name that is no unit and no number."""
+    """Return text in brackets at the end of a column name that is neither a unit nor a number."""
     match = _BRACKETS.fullmatch(name)
     odd = match is not None and match[1] and _form_of(match[2]) not in _WRITTEN
     return match[2] if match and odd and not match[2].isdigit() else ""
@@ -132,29 +132,29 @@ def _form_of(text: str) -> str:
     return re.sub(r"\s+", "", text).lower()
 
 
-#: What is converted: columns of the file, their unit and what says it, and what is done.
+#: A conversion: columns of the file, their unit and its source, and the change.
 Converted = tuple[str, str, str]
 
 
 @dataclass(frozen=True)
 class Units:
-    """How columns of a file become SI; the same for all rows of a file.
+    """Conversion of the columns of a file to SI; the same for all rows of a file.
 
     Attributes:
         sizes: pairs of a role and its (n,) factors.
         ticks: time units of the file in a second.
         origin: stamp of the file that becomes t = 0, in its own unit; None if t is not shifted.
-        told: what is converted.
+        conversions: list of the conversions.
     """
 
     sizes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     ticks: float = 1.0
     origin: int | float | None = None
-    told: tuple[Converted, ...] = ()
+    conversions: tuple[Converted, ...] = ()
 
     def seconds(self, t: NDArray[Any]) -> NDArray[Any]:
         """Return stamps of the file as times in s; integers are subtracted exactly."""
-        t = whole_ticks(np.asarray(t))
+        t = integer_ticks(np.asarray(t))
         if self.origin is None and self.ticks == 1.0:
             return t
         return np.asarray((t if self.origin is None else t - self.origin) / self.ticks)
@@ -173,8 +173,8 @@ class Units:
 IN_SI = Units()
 
 
-def whole_ticks(t: NDArray[Any]) -> NDArray[Any]:
-    """Return dates as int64 nanoseconds since 1970, other stamps as they are."""
+def integer_ticks(t: NDArray[Any]) -> NDArray[Any]:
+    """Return dates as int64 nanoseconds since 1970, and other stamps unchanged."""
     if t.dtype.kind == "M":
         return t.astype("datetime64[ns]").astype(np.int64)
     return t.astype(np.int64) if t.dtype == np.uint64 and t.max(initial=0) < 1 << 62 else t
@@ -184,7 +184,7 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
     """Return the units of a file.
 
     Args:
-        raw: its first rows, unconverted.
+        raw: the first rows of the file, unconverted.
         wanted: options, and types of the joints.
 
     Raises:
@@ -196,34 +196,34 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
             refuse(f"--unit {column}=..: there is no such column", ", ".join(widths))
     time = _time(raw, wanted.reading)
     sizes: list[tuple[str, tuple[float, ...]]] = []
-    told = [*time.told]
+    conversions = [*time.conversions]
     for role, width in widths.items():
         columns = [raw.names.get(f"{role}{j}", f"{role}{j}") for j in range(1, width + 1)]
         units = _units_of_joints(role, columns, wanted)
         if any(unit.foreign for unit, _ in units):
             sizes.append((role, tuple(unit.size for unit, _ in units)))
-        for unit, says in dict.fromkeys(units):
+        for unit, source in dict.fromkeys(units):
             if unit.foreign:
                 alike = [
-                    c for c, known in zip(columns, units, strict=True) if known == (unit, says)
+                    c for c, known in zip(columns, units, strict=True) if known == (unit, source)
                 ]
                 done = f"converted to {_SI[unit.quantity]}"
-                told.append((", ".join(alike), f"in {unit.name} by {says}", done))
-    return Units(tuple(sizes), time.ticks, time.origin, tuple(told))
+                conversions.append((", ".join(alike), f"in {unit.name} by {source}", done))
+    return Units(tuple(sizes), time.ticks, time.origin, tuple(conversions))
 
 
 def _units_of_joints(role: str, columns: Sequence[str], wanted: Wanted) -> list[tuple[Unit, str]]:
-    """Return the unit of the column of each joint, and what says it."""
-    # Text in brackets that differs between joints is a name of theirs.
+    """Return the unit of the column of each joint, and its source."""
+    # Text in brackets that differs between joints is a joint name.
     odd = {unknown_unit(column) for column in columns}
     common = odd.pop() if len(odd) == 1 else ""
     out = []
     for j, column in enumerate(columns):
         prismatic = j < len(wanted.sigma) and wanted.sigma[j] == PRISMATIC
         quantity = QUANTITIES[role][prismatic]
-        asked = _asked(role, j, quantity, wanted.reading.unit)
-        if asked is not None:
-            out.append((asked, "--unit"))
+        option = _unit_option(role, j, quantity, wanted.reading.unit)
+        if option is not None:
+            out.append((option, "--unit"))
             continue
         text = split_unit(column, time=False)[1] or common
         unit = unit_of(text or _SI[quantity], quantity)
@@ -234,7 +234,7 @@ def _units_of_joints(role: str, columns: Sequence[str], wanted: Wanted) -> list[
     return out
 
 
-def _asked(role: str, j: int, quantity: str, options: Mapping[str, str]) -> Unit | None:
+def _unit_option(role: str, j: int, quantity: str, options: Mapping[str, str]) -> Unit | None:
     """Return the unit of a column from the option --unit."""
     for key in (f"{role}{j + 1}", role, ""):
         if key in options:
@@ -257,46 +257,48 @@ def _accepted(quantity: str) -> str:
 
 
 def plausible_units(step: float) -> list[str]:
-    """Return the units of time in which a step between samples is one of a robot's log."""
+    """Return the units of time in which a sampling step is plausible for a robot log."""
     return [u.name for u in _TIME if _STEPS[0] <= step * u.size <= _STEPS[1]]
 
 
 def _time(raw: Raw, reading: Reading) -> Units:
     """Return the unit of the stamps."""
-    stamps = whole_ticks(np.asarray(raw.arrays["t"]))
-    own = raw.names.get("t", "t")
+    stamps = integer_ticks(np.asarray(raw.arrays["t"]))
+    column = raw.names.get("t", "t")
     if len(stamps) == 0 or stamps.dtype.kind not in "iuf":
-        return IN_SI  # refused with its type
+        return IN_SI  # read_log refuses it by its type
     first = stamps[0].item()
     dates = raw.arrays["t"].dtype.kind == "M"
     if dates and reading.time_unit:
-        refuse(f"column {own!r} (t) holds dates", "no --time-unit")
+        refuse(f"column {column!r} (t) holds dates", "no --time-unit")
     if dates:
-        return _ticking(own, _TIME[3], first, "dates")
+        return _ticking(column, _TIME[3], first, "dates")
     if reading.time_unit:
-        asked = next(u for u in _TIME if u.name == reading.time_unit)
-        return _ticking(own, asked, first, f"in {asked.name} by --time-unit")
+        option = next(u for u in _TIME if u.name == reading.time_unit)
+        return _ticking(column, option, first, f"in {option.name} by --time-unit")
     step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else math.nan
     plausible = plausible_units(step)
-    header = unit_of(split_unit(own, time=True)[1], "time")
+    header = unit_of(split_unit(column, time=True)[1], "time")
     if header is not None and header.foreign:
         if header.name not in plausible:
             how = " or ".join(f"--time-unit {name}" for name in plausible or TIME_UNITS)
-            what = f"column {own!r} (t) is in {header.name} by its header, and its steps are"
+            what = f"column {column!r} (t) is in {header.name} by its header, and its steps are"
             refuse(f"{what} {step:.4g}", f"a header with the unit of the numbers, or {how}")
-        return _ticking(own, header, first, f"in {header.name} by the header")
+        return _ticking(column, header, first, f"in {header.name} by the header")
     dated = [u for u in _TIME if _DATES[0] <= first * u.size <= _DATES[1]]
     if header is None and len(dated) == 1 and dated[0].foreign and dated[0].name in plausible:
-        return _ticking(own, dated[0], first, f"{dated[0].name} since 1970 by size and rate")
+        return _ticking(column, dated[0], first, f"{dated[0].name} since 1970 by size and rate")
     return IN_SI
 
 
-def _ticking(own: str, unit: Unit, first: float, says: str) -> Units:
-    """Return the conversion of time; stamps that doubles round are counted from the first."""
+def _ticking(column: str, unit: Unit, first: float, source: str) -> Units:
+    """Return the conversion of times; stamps that doubles would round start from the first."""
     if not unit.foreign:
         return IN_SI
     long = abs(first) * unit.size > _DATES[0] or abs(first) >= _EXACT
     done = "converted to s" + (", from the first sample on" if long else "")
     return Units(
-        ticks=round(1 / unit.size), origin=first if long else None, told=((own, says, done),)
+        ticks=round(1 / unit.size),
+        origin=first if long else None,
+        conversions=((column, source, done),),
     )

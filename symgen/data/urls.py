@@ -15,7 +15,7 @@ _ACCEPTED = f"{', '.join(SCHEMES)}, such as s3://bucket/logs/*.parquet"
 
 
 def is_remote(source: str) -> bool:
-    """Whether a source is a URL."""
+    """Return whether a source is a URL."""
     return "://" in source
 
 

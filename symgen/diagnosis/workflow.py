@@ -64,7 +64,7 @@ from symgen.identification.parameters import read_known
 from symgen.identification.possible import nearest_possible
 from symgen.identification.segments import sample_logs
 from symgen.identification.settle import EFFECT_MISSING, largest_error, like_no_robot
-from symgen.parallel import own_threads
+from symgen.parallel import thread_count
 from symgen.policy import ACCEPT, EXPLAINED, LEAST, MISFIT
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
@@ -135,7 +135,7 @@ def diagnose(
     evaluator = model_of(replace(source, sought=()))
     known = None if parameters is None else read_known(parameters, evaluator.model)
     band = known.band if known is not None else None
-    band = band or choose_band(evaluator, opened.train, cutoff, threads=own_threads())
+    band = band or choose_band(evaluator, opened.train, cutoff, threads=thread_count())
     band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
     X = None if known is None else known.X
     problem = make_problem(evaluator, *_in_band(opened.groups, band), X, misfit)

@@ -1,6 +1,6 @@
-"""The filter band of a run: cutoff of positions and speeds, and comparison band of torques.
+"""The filter band of a run: the cutoff of positions and speeds, and the comparison band of torques.
 
-symgen chooses both from all training logs, and uses them in the whole run.
+symgen chooses both from all training logs and uses them in the whole run.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Band:
             raise ValueError("no run has such a band")
 
     def filters(self, step: float) -> bool:
-        """Whether positions of a log of this step pass a low-pass."""
+        """Return whether symgen low-passes the positions of a log with this sampling step."""
         return can_filter(self.cutoff_hz, step)
 
     def in_words(self) -> str:
@@ -80,7 +80,7 @@ def rest_speeds(logs: Sequence[Samples], sigma: Sequence[int]) -> FloatArray:
     """Return the mean speeds below which joints rest, (n,) rad/s (m/s); -1 if one never moves.
 
     Args:
-        logs: that show how fast joints move.
+        logs: logs from which the speeds of the joints are taken.
         sigma: (n,) types of the joints.
     """
     largest = np.max([np.abs(mean_speeds(s.q, s.step)).max(axis=0) for s in logs], axis=0)

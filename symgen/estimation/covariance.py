@@ -1,9 +1,10 @@
-"""The covariance of an estimate, robust to correlated residuals and to what a model misses.
+"""The covariance of an estimate, robust to correlated residuals and to model misfit.
 
-Residuals that are correlated in time are summed up over neighbours (Newey and West 1987). Sums over
-few stretches are short, as the fit has followed them: white noise of the size that restricted
-likelihood finds is the least (`misfit`). What a model misses comes back whenever the robot comes
-by, so that no sum over neighbours tells it: that stands beside.
+Residuals are correlated in time. The covariance therefore sums scores over neighbouring rows (Newey
+and West 1987). With few independent stretches these sums are too small, because the fit has
+followed the data. The variance is therefore at least that of white noise, estimated by restricted
+likelihood (`misfit`). Misfit recurs whenever the robot returns to a state, so no sum over
+neighbouring rows contains it. Its covariance is a separate term.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from symgen.estimation.values import FloatArray
 
 
 def scores(e: Equations, X: FloatArray, weight: float = 1.0) -> FloatArray:
-    """Return w^2 (y - W X) W of every row, (K, p), for rows of one weight w."""
+    """Return the scores w^2 (y - W X) W, (K, p), of rows with one weight w."""
     return np.asarray(weight**2 * (e.y - e.W @ X)[:, None] * e.W)
 
 
 def bartlett(scores: FloatArray, lag: int) -> FloatArray:
-    """Return the long-run covariance sum of scores (K, p) of a log: sums over `lag` rows."""
+    """Return the long-run covariance sum of the scores (K, p) of a log, over `lag` rows."""
     moved, last = nonzero_columns(scores), lag + len(scores)
     total = np.zeros((last + lag, len(moved)))
     np.cumsum(scores[:, moved], axis=0, out=total[lag:last])
@@ -49,15 +50,15 @@ def robust_covariance(
     weights: Iterable[float] | FloatArray,
     crosses: Sequence[FloatArray | None] = (),
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the covariance of an estimate, (p, p) each: of noise, and of what the model misses.
+    """Return the covariance of an estimate from noise and from model misfit, (p, p) each.
 
     Args:
         X: the estimate, (p,).
         bread: A (p, p), inverse derivative of the estimating equations sum s_i(X) = 0.
         meat: `summed_scores` of the s_i, (p, p).
         parts: the logs.
-        weights: of their rows in that derivative, one a log.
-        crosses: Z'[Z F] of their instruments Z and functions F; none without instruments.
+        weights: weights of the rows in that derivative, one a log.
+        crosses: Z'[Z F] of the instruments Z and functions F of the logs; None without instruments.
     """
     each = zip(parts, weights, crosses or [None] * len(parts), strict=True)
     products = [Products.of_summary(s, w, cross) for s, w, cross in each]
@@ -70,14 +71,15 @@ def sandwich(bread: FloatArray, meat: FloatArray, parts: Sequence[Summary]) -> F
 
         cov = c f^2 A [sum over logs, lags k of b_k s_i s_(i+k)'] A',    c = m/(m - p)
 
-    with Bartlett weights b_k over eight times the rows that overlap, m windows that do not, and f
-    the critical value at 5 % of Kiefer and Vogelsang (2005) over that of the normal law: the sum
-    itself is uncertain where few independent stretches are summed.
+    with Bartlett weights b_k over eight times the number of overlapping rows, and m windows that do
+    not overlap. f is the 5 % critical value of Kiefer and Vogelsang (2005) over that of the normal
+    distribution. It accounts for the uncertainty of the sum itself when there are few independent
+    stretches.
 
     Args:
         bread: A (p, p), inverse derivative of the estimating equations sum s_i(X) = 0.
-        meat: what is in the brackets, (p, p).
-        parts: the logs, of which rows and lags count.
+        meat: the bracketed sum, (p, p).
+        parts: the logs, for their numbers of rows and lags.
     """
     stretches = sum(part.rows / part.lag for part in parts)
     m = sum(part.independent for part in parts)
@@ -88,7 +90,7 @@ def sandwich(bread: FloatArray, meat: FloatArray, parts: Sequence[Summary]) -> F
 
 
 def widened(covariance: FloatArray, least: FloatArray) -> FloatArray:
-    """Return a covariance whose deviations are at least those of another, (p, p) both."""
-    own, other = (np.maximum(np.diag(C), 1e-300) for C in (covariance, least))
-    wider = np.sqrt(np.maximum(other / own, 1.0))
+    """Return a covariance with standard deviations at least those of `least`, (p, p) both."""
+    variances, least_variances = (np.maximum(np.diag(C), 1e-300) for C in (covariance, least))
+    wider = np.sqrt(np.maximum(least_variances / variances, 1.0))
     return np.asarray(covariance * np.outer(wider, wider))

@@ -4,16 +4,16 @@ A low cutoff distorts the motion; a high one lets noise of accelerations into th
 increase the torque error on folds of the training logs that the fit does not use. symgen measures
 this error in one comparison band for all cutoffs. Joints have equal weight, each relative to its
 smallest error. All errors contain the same torque noise, so symgen compares them block by block of
-time. A cutoff is as good as the best one if its error is larger by at most one standard deviation
-of the difference (the one-standard-error rule of Breiman et al. 1984, section 3.4.3).
+time. A cutoff is as good as the best one if its error is at most one standard deviation of the
+difference larger. This is the one-standard-error rule (Breiman et al. 1984, section 3.4.3).
 
-A log of point-to-point moves is at rest for most of its time. Each rest contains another share of
-Coulomb friction, which no column explains; plain least squares would attribute it to gravity.
-Without these rows, nothing is known of joints that hold a position while others move. Therefore
-they keep a weight: the torque deviation of the joint in motion over that at rest, as weighted least
-squares weights logs (Gautier 1997). symgen estimates it from the training logs. What is left at a
-rest is one unknown torque for all of its rows, so that a rest counts as one observation however
-long it lasts: the deviation at rest is that of sums over rests, per square root of a row.
+In a log of point-to-point moves, joints are at rest most of the time. At each rest, Coulomb
+friction has another value, which no column explains. Plain least squares would attribute it to
+gravity. But rows at rest are the only information on joints that hold a position while others move.
+They therefore keep a weight: the torque deviation of the joint in motion over that at rest (Gautier
+1997). symgen estimates it from the training logs. The residual at a rest is one unknown torque in
+all of its rows, so a rest counts as one observation, however long it lasts. The deviation at rest
+is therefore computed from sums over rests, per square root of a row.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from symgen.data.signals import (
 )
 from symgen.estimation.band import Band, Rests, rest_speeds
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.masking import require_left
+from symgen.estimation.masking import require_equations
 from symgen.estimation.solve import PASSES
 from symgen.estimation.summary import block_errors, block_summary
 from symgen.estimation.system import Equations, torque_equations
@@ -44,12 +44,12 @@ from symgen.estimation.values import FloatArray
 from symgen.parallel import in_order
 from symgen.runtime.evaluator import Evaluator
 
-#: Weight of equations at rest while the band is chosen, and what it is at least.
+#: Initial weight of equations at rest, and its lower limit.
 _FIRST, _LEAST = 0.1, 1e-3
 
 
 def find_rests(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
-    """Return the speeds of rest in some logs, with initial weights; None if no joint rests.
+    """Return the speeds of rest in the logs, with initial weights; None if no joint rests.
 
     Args:
         logs: the training logs.
@@ -72,17 +72,17 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
     if band.rests is None:
         return band
     equations = [torque_equations(evaluator, filter_log(s, band)) for s in logs]
-    weight = [_LEAST] * len(equations[0])  # what motion determines, rests must not
+    weight = [_LEAST] * len(equations[0])  # joints in motion determine X before joints at rest do
     for _ in range(PASSES):
         equations = [
             tuple(e.with_rest_weight(w) for e, w in zip(log, weight, strict=True))
             for log in equations
         ]
         X = block_summary(equations).fit()
-        for j, own in enumerate(zip(*equations, strict=True)):
-            left = np.concatenate([(e.y - e.W @ X) / e.scale for e in own])
-            rest = [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in own]
-            weight[j] = rest_weight(left, np.concatenate(rest))
+        for j, joint in enumerate(zip(*equations, strict=True)):
+            error = np.concatenate([(e.y - e.W @ X) / e.scale for e in joint])
+            rest = [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in joint]
+            weight[j] = rest_weight(error, np.concatenate(rest))
     return replace(band, rests=replace(band.rests, weight=tuple(weight)))
 
 
@@ -91,7 +91,7 @@ def rest_weight(error: FloatArray, rest: Bools) -> float:
 
     Args:
         error: (K,) residuals of a joint, in the order of time.
-        rest: (K,) which of them its rests concern.
+        rest: (K,) which of them a rest of the joint affects.
     """
     moved = error[~rest]
     if min(len(moved), int(rest.sum())) < MIN_SAMPLES:
@@ -102,9 +102,9 @@ def rest_weight(error: FloatArray, rest: Bools) -> float:
     return min(max(ratio, _LEAST), 1.0)
 
 
-#: Cutoffs that are tried, in comparison bands.
+#: Cutoffs to try, in comparison bands.
 CUTOFFS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
-_FINER = 2**0.5  # about the ratio of two neighbours
+_FINER = 2**0.5  # approximate ratio of two neighbours
 
 
 def choose_band(
@@ -112,7 +112,7 @@ def choose_band(
     logs: Sequence[Samples],
     cutoff: float | None = None,
     *,
-    own_speeds: bool = False,
+    measured_speeds: bool = False,
     threads: int = 1,
 ) -> Band:
     """Choose the band of a run from its training logs.
@@ -121,7 +121,7 @@ def choose_band(
         evaluator: the compiled model, with torque_regressor.
         logs: the training logs.
         cutoff: cutoff of the filter, Hz; None to choose it.
-        own_speeds: whether to always use measured speeds, as instrumental variables need.
+        measured_speeds: whether to always use measured speeds, as instrumental variables need.
         threads: number of threads that try cutoffs.
 
     Raises:
@@ -139,20 +139,21 @@ def choose_band(
     if cutoff is None:
         grid = [c * start.comparison_hz for c in CUTOFFS]
         grid = [hz for hz in grid if hz < OPEN * rate]
-        grid += [start.cutoff_hz] if len(grid) < len(CUTOFFS) else []  # no filter: the rate is low
-    kinds = [velocity] if own_speeds or not measured else ["measured", "derived"]
+        # no filter: the sampling rate is low
+        grid += [start.cutoff_hz] if len(grid) < len(CUTOFFS) else []
+    kinds = [velocity] if measured_speeds or not measured else ["measured", "derived"]
     if len(grid) == len(kinds) == 1:
         return weigh_rests(evaluator, logs, start)
 
-    torques = [FilteredLog(s, start, s.q, s.qd).measured for s in logs]  # at any cutoff
+    torques = [FilteredLog(s, start, s.q, s.qd).measured for s in logs]  # the same for every cutoff
 
     def errors_at(hz: float) -> FloatArray:
         bands = [replace(start, cutoff_hz=hz, velocity=kind) for kind in kinds]
         return np.stack(_errors(evaluator, logs, torques, bands))
 
     alike = list(in_order(errors_at, grid, threads))
-    # Steps of a coarse encoder widen the comparison band beyond the motion: where the lowest cutoff
-    # is the best, a lower one may be better, as long as it takes noise and no motion.
+    # Encoder steps widen the comparison band beyond the motion. If the lowest cutoff is the best, a
+    # lower one may be better, as long as it removes noise and no motion.
     while cutoff is None and _best(alike)[1] == 0 and _takes_noise(logs, grid[0] / _FINER):
         grid.insert(0, grid[0] / _FINER)
         alike.insert(0, errors_at(grid[0]))
@@ -166,7 +167,7 @@ def choose_band(
 
 
 def _takes_noise(logs: Sequence[Samples], hz: float) -> bool:
-    """Whether a low-pass removes from every position less motion than it contains noise."""
+    """Return whether a low-pass removes from every position less motion than it contains noise."""
     return all(
         1 / hz < float(s.t[-1] - s.t[0])  # one period over the log
         and (rms(s.q - lowpass(s.q, s.step, hz)) <= 2**0.5 * channel_noise(s.q)).all()
@@ -175,7 +176,7 @@ def _takes_noise(logs: Sequence[Samples], hz: float) -> bool:
 
 
 def channel_noise(x: FloatArray) -> FloatArray:
-    """Return the noise of channels (N, n), (n,): from sixth differences, at least of rounding."""
+    """Return the noise (n,) of channels (N, n) from sixth differences, at least the rounding."""
     steps = np.abs(np.diff(x, axis=0))
     least = np.min(steps, axis=0, where=steps > 0, initial=np.inf)
     rounding = np.where(np.isfinite(least), least, 0.0) / math.sqrt(12)
@@ -184,8 +185,8 @@ def channel_noise(x: FloatArray) -> FloatArray:
 
 def _best(errors: Sequence[FloatArray]) -> tuple[int, int]:
     """Return the kind of speed and the cutoff with the smallest error, (kinds, B, m) each."""
-    whole = np.stack([e.sum(axis=(1, 2)) for e in errors], axis=1)
-    kind, k = np.unravel_index(whole.argmin(), whole.shape)
+    total = np.stack([e.sum(axis=(1, 2)) for e in errors], axis=1)
+    kind, k = np.unravel_index(total.argmin(), total.shape)
     return int(kind), int(k)
 
 
@@ -217,14 +218,15 @@ def _errors(
 ) -> list[FloatArray]:
     """Return the squared errors of weighted least squares of the torque equations, (B, m) a band.
 
-    Of the blocks of folds that were left out, by joint; bands differ in their speeds alone.
+    Each block of time is predicted by a fit without its fold. Bands may differ in their speeds
+    only.
     """
-    found: list[list[tuple[Equations, ...]]] = [[] for _ in bands]
+    parts: list[list[tuple[Equations, ...]]] = [[] for _ in bands]
     for s, torque in zip(logs, measured, strict=True):
         q = None
-        for out, band in reversed(list(zip(found, bands, strict=True))):  # derived speeds first
+        for out, band in reversed(list(zip(parts, bands, strict=True))):  # derived speeds first
             log = filter_log(s, band, q)
             q, equations = log.q, torque_equations(evaluator, log, measured=torque)
-            require_left(s, equations, evaluator.model.robot)
+            require_equations(s, equations, evaluator.model.robot)
             out.append(equations)
-    return [block_errors(t, t) for t in map(block_summary, found)]
+    return [block_errors(t, t) for t in map(block_summary, parts)]

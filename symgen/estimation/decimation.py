@@ -1,9 +1,9 @@
 """The low-pass of the comparison band and its decimation, as one product with a banded matrix.
 
-Everything that is compared or solved passes the same zero-phase low-pass (the parallel filter of
-Gautier). Four samples in a period of its cutoff are kept, from 0.3 s on. Filter and decimation
-together are one matrix, with the shifted impulse response in every row. A few dense products
-therefore filter a chunk of a regressor, and nothing as long as the log has to be stored.
+All compared and all solved signals pass the same zero-phase low-pass (the parallel filter of
+Gautier). The output keeps four samples in a period of the cutoff and leaves out 0.3 s at both ends.
+Filter and decimation are one matrix, with the shifted impulse response in every row. A few dense
+products filter a chunk of a regressor, so no array as long as the log has to be stored.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from symgen.estimation.values import FloatArray
 
 #: Rows kept in a period of the cutoff.
 PER_PERIOD = 4
-#: Seconds that are left out at either end of a log, where the filter runs in.
+#: Seconds to leave out at both ends of a log, where the filter settles.
 ENDS = 0.3
-#: Nodes that are evaluated at once, about: what they give of many columns stays in a cache.
+#: Approximate number of nodes to evaluate at once: many columns of this length fit into a cache.
 BLOCK = 256
 
 
 @dataclass(frozen=True)
 class Decimation:
-    """A low-pass on nodes (every `stride`-th sample), and the samples at which its output is kept.
+    """A low-pass on nodes (every `stride`-th sample), and the samples at which it keeps its output.
 
-    Kept samples need not be nodes. The impulse response is evaluated at the distance to the nodes
-    around, so the output does not depend on the nodes at which a model is evaluated.
+    Kept samples need not be nodes. The impulse response takes the distance from the kept sample to
+    the surrounding nodes, so the output does not depend on the choice of nodes.
 
     Attributes:
         samples: number of samples of the log.
@@ -68,30 +68,32 @@ class Decimation:
         return -(-self.samples // self.stride)
 
     def filtered(
-        self, values: Callable[[int, int], FloatArray], together: int = BLOCK
+        self, values: Callable[[int, int], FloatArray], block_size: int = BLOCK
     ) -> FloatArray:
-        """Return the output of the low-pass at the kept samples, (K, ...); each node is asked once.
+        """Return the output of the low-pass at the kept samples, (K, ...), with one evaluation a
+        node.
 
         Args:
             values: returns the values at nodes first to last (exclusive), (last - first, ...).
-            together: approximate number of nodes that are asked at once.
+            block_size: approximate number of nodes to evaluate at once.
         """
         if self.cutoff is None:
-            blocks = range(0, self.samples, together)
-            return np.concatenate([values(k, min(k + together, self.samples)) for k in blocks])
+            blocks = range(0, self.samples, block_size)
+            return np.concatenate([values(k, min(k + block_size, self.samples)) for k in blocks])
         kept = self.kept
         reach = min(math.ceil(TAIL / (self.cutoff * self.step)), self.samples - 1)
-        beyond = min(reach // self.stride, self.nodes - 1)  # nodes that continue an end
+        beyond = min(reach // self.stride, self.nodes - 1)  # nodes that extend an end
         window = end_window(self.stride * self.step, self.cutoff)
         period = self.every // math.gcd(self.every, self.stride)
-        block = period * max(1, together // period)  # that lies among the kept as the next one does
+        # the next block has the same position among the kept samples
+        block = period * max(1, block_size // period)
         begin = min(block * -(-max(beyond + 1, window) // block), self.nodes)
         edges = [0, *range(begin, self.nodes, block), self.nodes]
-        inside, lowest, done = np.zeros((0, 1)), 0, 0  # values of nodes from the lowest on
+        inside, lowest, done = np.zeros((0, 1)), 0, 0  # values from node `lowest` on
         smooth = []
         for first, last in pairwise(edges):
-            found = values(first, last)
-            flat = found.reshape(len(found), -1)
+            block_values = values(first, last)
+            flat = block_values.reshape(len(block_values), -1)
             if first == 0:
                 inside, lowest = continuation(flat, beyond, window), -beyond
             inside = np.concatenate([inside, flat])
@@ -107,7 +109,7 @@ class Decimation:
                 needed = -(-(int(kept[done]) - reach) // self.stride)
                 past = max(needed - lowest, 0)
                 inside, lowest = inside[past:], lowest + past
-        return np.concatenate(smooth).reshape(len(kept), *found.shape[1:])
+        return np.concatenate(smooth).reshape(len(kept), *block_values.shape[1:])
 
 
 @lru_cache(maxsize=64)
@@ -116,11 +118,11 @@ def _weights(d: Decimation, reach: int, offset: int, rows: int, nodes: int) -> F
 
     Args:
         d: the decimation, with a filter.
-        reach: samples on either side that have a weight.
+        reach: samples on either side with a weight.
         offset: samples from the first node to the first kept one.
-        rows, nodes: their numbers.
+        rows, nodes: number of kept samples and of nodes.
     """
-    assert d.cutoff is not None  # something is filtered
+    assert d.cutoff is not None  # only called with a filter
     away = np.abs(offset + d.every * np.arange(rows)[:, None] - d.stride * np.arange(nodes))
     weights = response(d.step, d.cutoff, reach)[reach:]
     out = np.where(away <= reach, weights[np.minimum(away, reach)], 0.0)

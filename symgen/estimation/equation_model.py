@@ -1,4 +1,4 @@
-"""Which equations an identification uses: the model, and its windows."""
+"""The equations that an identification uses: the model and its windows."""
 
 from __future__ import annotations
 
@@ -16,18 +16,20 @@ from symgen.estimation.system import Equations, torque_equations, window_equatio
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: The kernels that the equations of each model are made of.
+#: Kernels that the equations of each model need.
 NEEDED: dict[str, tuple[str, ...]] = {
     "energy": ENERGY,
     "momentum": ("momentum_regressor", "friction_torque"),
     "torque": ("torque_regressor",),
 }
-#: The kernels that choose the band and compare torques, whatever the model.
+#: Kernels that choose the band and compare torques, for every model.
 JUDGING = ("torque_regressor", "inverse_dynamics")
 
 
 def require_model(robot: Robot, model: str) -> None:
-    """Raise IdentificationError if a robot has only a model of torque, and another is wanted."""
+    """Raise IdentificationError if a robot supports only the torque model and `model` is another
+    one.
+    """
     if robot.loaded and model != "torque":
         raise IdentificationError(
             f"model {model}: the robot has effects that hold the torque of its links, which needs "
@@ -40,21 +42,20 @@ def require_model(robot: Robot, model: str) -> None:
 
 
 def models_of(robot: Robot) -> tuple[str, ...]:
-    """Return the models that a robot has, for a choice among all."""
+    """Return the models that a robot supports."""
     return ("torque",) if robot.loaded or robot.imu else tuple(NEEDED)
 
 
 @dataclass(frozen=True)
 class EquationModel:
-    """Which equations are solved.
+    """The equations to solve.
 
     Attributes:
         name: energy, momentum or torque.
         window: length of the windows of energy and momentum, s.
-        at: X at which effects take the model's torque, see `torque_columns`; None leaves their
-            columns away.
-        features: random functions of the state whose rows the equations carry, for what the model
-            misses; None for none.
+        at: X at which effects use the model's torque, see `torque_columns`; None leaves out their
+            columns.
+        features: random functions of the state for the model misfit; None for none.
     """
 
     name: str
@@ -64,11 +65,11 @@ class EquationModel:
 
     @property
     def all_kernels(self) -> tuple[str, ...]:
-        """Names of the kernels to derive: those of the model, and those that judge it."""
+        """Names of the kernels to derive, for the model and for the torque comparison."""
         return tuple(dict.fromkeys((*ENERGY, *NEEDED[self.name], *JUDGING)))
 
     def kernels(self, model: Model) -> tuple[str, ...]:
-        """Names of the kernels that exist for this robot: without friction some do not."""
+        """Return the kernels that exist for this robot: some need friction."""
         rubs = len(model.base.parameters) > model.inertial
         kernels = (k for k in self.all_kernels if rubs or not k.startswith("friction"))
         return tuple(k for k in kernels if not (model.robot.imu and KERNELS[k].fixed_base))

@@ -1,7 +1,7 @@
-"""The estimators: least squares and its relatives as objects.
+"""The estimators: least squares and related methods.
 
 Every estimator is a frozen value with a name and a method `solve` from a LinearSystem to a
-Solution. `excludes` says what its standard deviations leave out.
+Solution. `excludes` names what its standard deviations do not contain.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from symgen.estimation.summary import bounded_deviation, summaries
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import FloatArray
 
-_PASSES_OF_A_PRIOR = 20  # on factors: cheap
+_PASSES_OF_A_PRIOR = 20  # cheap, as it uses the factors
 NOISE_BIAS = (
     "bias from noise of positions and speeds in the regressor, and errors of the model that are no "
     "smooth function of positions and speeds"
@@ -42,7 +42,7 @@ NOISE_BIAS = (
 
 
 class Estimator(Protocol):
-    """A method: from equations y = W X to X, its covariance, and what was noticed."""
+    """An estimator: it solves the equations y = W X for X and its covariance."""
 
     name: ClassVar[str]
     excludes: ClassVar[str]
@@ -57,7 +57,7 @@ class Estimator(Protocol):
 
 @dataclass(frozen=True)
 class Ols:
-    """Ordinary least squares: minimise ||y - W X||, all equations alike (Gauss 1809)."""
+    """Ordinary least squares: minimise ||y - W X|| with equal weights (Gauss 1809)."""
 
     name: ClassVar[str] = "ols"
     excludes: ClassVar[str] = NOISE_BIAS
@@ -69,7 +69,7 @@ class Ols:
 
 @dataclass(frozen=True)
 class Wls:
-    """Least squares, each log and joint weighed by the deviation of its own residual, iterated.
+    """Iterated least squares with a weight for each log and joint: 1 over its residual deviation.
 
     minimise sum over logs of ||y_l - W_l X||^2 / sigma_l^2 (Gautier 1997, "Dynamic identification
     of robots with power model"). The equations of each joint count as a log.
@@ -79,24 +79,24 @@ class Wls:
     excludes: ClassVar[str] = NOISE_BIAS
 
     def solve(self, system: LinearSystem) -> Solution:
-        """Solve by QR of [W y], log by log, on whose factors the weights are iterated."""
+        """Solve by QR of [W y], log by log; the weights are iterated on the factors."""
         return weighted_least_squares(system)
 
 
 @dataclass(frozen=True)
 class Huber:
-    """M-estimate by Huber's weights, iteratively reweighted: outliers lose their say (Huber 1964).
+    """Huber's M-estimate, iteratively reweighted: outliers have less influence (Huber 1964).
 
         sum rho(e_i / s_l) minimal,   rho(u) = u^2/2 for |u| < threshold, linear beyond
 
-    s_l is 1.4826 times the median of |e| of each log and joint, taken anew in every pass. Precision
+    s_l is 1.4826 times the median of |e| of each log and joint, computed in every pass. Precision
     from Huber (1981), section 7.6: A = (sum of w w' over rows within the threshold)^-1.
 
     Attributes:
-        threshold: in deviations; 1.345 has 95 % of the efficiency of least squares under a normal
-            law.
-        passes: at most so many.
-        tolerance: relative change of X at which they end.
+        threshold: threshold in deviations; 1.345 has 95 % of the efficiency of least squares under
+            normal noise.
+        passes: maximum number of passes.
+        tolerance: relative change of X at which the passes end.
     """
 
     threshold: float = 1.345
@@ -141,21 +141,22 @@ class Huber:
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """Weighted least squares and a prior, from CAD for example (Theil and Goldberger 1961).
+    """Weighted least squares with a prior, from CAD for example (Theil and Goldberger 1961).
 
         minimise sum of (y - W X)^2 / (sigma_l^2 c_l)  +  sum of ((X_i - mean_i) / std_i)^2
 
-    c_l counts the rows that share samples, so that overlapping windows do not outvote the prior.
+    c_l is the number of rows that share samples. It keeps overlapping windows from outweighing the
+    prior.
 
     Attributes:
         mean: (p,), in the units of X.
-        std: (p,), how far each may be from its mean; infinite where nothing is known.
+        std: (p,) standard deviation of each mean; infinite where nothing is known.
     """
 
     mean: FloatArray
     std: FloatArray
     name: ClassVar[str] = "prior"
-    excludes: ClassVar[str] = NOISE_BIAS + "; errors of the prior beyond the std that it was given"
+    excludes: ClassVar[str] = NOISE_BIAS + "; errors of the prior beyond its std"
 
     def solve(self, system: LinearSystem) -> Solution:
         """Solve by QR of the rows and the prior below them."""
@@ -165,11 +166,11 @@ class Prior:
         if not (np.isfinite(self.mean).all() and (self.std > 0).all()):
             raise IdentificationError("the prior's means are not finite, or a std is not above 0")
         parts = summaries(system)
-        own = np.column_stack([np.diag(1 / self.std), self.mean / self.std])
-        X = np.zeros_like(self.mean)  # the spread of y begins
+        prior_rows = np.column_stack([np.diag(1 / self.std), self.mean / self.std])
+        X = np.zeros_like(self.mean)  # the first deviation is that of y
         for _ in range(_PASSES_OF_A_PRIOR):
             weights = residual_weights(parts, X) / np.sqrt([max(s.correlation, 1) for s in parts])
-            rows = [*(s.factor for s in parts), own]
+            rows = [*(s.factor for s in parts), prior_rows]
             X, scale, R = merged(rows, np.append(weights, 1.0), system.names)
         meat = sum_of_scores(system, parts, weights, X)
         solution = least_squares_solution(parts, weights, (X, scale, R), meat)
@@ -184,13 +185,14 @@ class TotalLeastSquares:
 
         minimise sum of (y - w'X)^2 / (1 + X'C X),   C = diag(noise^2)
 
-    With v = (X, -1), D = diag(noise, 1) and R the triangle of [W y] this is the smallest
-    ||R v|| / ||D v||: v = R^-1 w, with w the first right singular vector of D R^-1 (Golub and Van
-    Loan 1980; noise may be 0 as in Van Huffel and Vandewalle 1991, ch. 3). It removes the bias of
-    least squares where the errors of the columns are independent of each other and from row to row,
-    and their ratio to those of y is known. Those of a robot's regressor are neither: instrumental
-    variables ask for less. Precision by the sandwich of its estimating equations
-    sum e (w + e C X/(1 + X'C X)) = 0.
+    With v = (X, -1), D = diag(noise, 1) and R the triangle of [W y], this is the smallest ||R v|| /
+    ||D v||. Its solution is v = R^-1 w, with w the first right singular vector of D R^-1 (Golub and
+    Van Loan 1980; noise may be 0 as in Van Huffel and Vandewalle 1991, ch. 3).
+
+    It removes the bias of least squares under two conditions. The errors of the columns are
+    independent of each other and from row to row, and their ratio to those of y is known. A robot's
+    regressor does not satisfy them; instrumental variables need less. The precision is the sandwich
+    of the estimating equations sum e (w + e C X/(1 + X'C X)) = 0.
 
     Attributes:
         noise: (p,) standard deviation of the error of each column over that of y; 0 where exact.
@@ -205,23 +207,23 @@ class TotalLeastSquares:
     )
 
     def solve(self, system: LinearSystem) -> Solution:
-        """Solve by QR and SVD of [W y], each log weighed as in weighted least squares."""
+        """Solve by QR and SVD of [W y], with the log weights of weighted least squares."""
         require_rows(system)
         p = len(system.names)
         parts = summaries(system)
         weights, (_, scale, _) = log_weights(parts, system.names)
-        whole = weighted_triangle((s.factor for s in parts), weights)
-        noise = self._noise(scale, float(np.linalg.norm(whole[:, p])), p)
-        X = _orthogonal(whole, noise)
+        factor = weighted_triangle((s.factor for s in parts), weights)
+        noise = self._noise(scale, float(np.linalg.norm(factor[:, p])), p)
+        X = _orthogonal(factor, noise)
         C = noise**2
         growth = 1 + float(C @ X**2)
         errors = [w * (e.y - e.W @ X) for w, e in zip(weights, system.logs, strict=True)]
-        own = [
+        scores = [
             x[:, None] * (w * e.W + np.outer(x, C * X / growth))
             for x, w, e in zip(errors, weights, system.logs, strict=True)
         ]
         rss = sum(float(x @ x) for x in errors)
-        information = whole[:p, :p].T @ whole[:p, :p] - rss / growth * np.diag(C)
+        information = factor[:p, :p].T @ factor[:p, :p] - rss / growth * np.diag(C)
         unit = np.outer(scale, scale)
         values = np.linalg.eigvalsh(information / unit)
         if not values[0] > 0:
@@ -230,7 +232,7 @@ class TotalLeastSquares:
                 "least excited parameters; accepted: a richer motion, or method wls or iv"
             )
         bread = np.linalg.inv(information / unit) / unit
-        meat = summed_scores(own, parts)
+        meat = summed_scores(scores, parts)
         covariances = robust_covariance(X, bread, meat, parts, weights)
         root = float(np.sqrt(values[-1] / values[0]))
         return Solution(X, *covariances, root, tuple(map(float, weights)))
@@ -244,10 +246,10 @@ class TotalLeastSquares:
         return noise
 
 
-def _orthogonal(whole: FloatArray, noise: FloatArray) -> FloatArray:
+def _orthogonal(factor: FloatArray, noise: FloatArray) -> FloatArray:
     """Solve the triangular [W y] by the vector with the smallest residual for its errors."""
-    norms = column_norms(whole)
-    R, errors = whole / norms, np.append(noise, 1.0) / norms
+    norms = column_norms(factor)
+    R, errors = factor / norms, np.append(noise, 1.0) / norms
     R[-1, -1] = max(abs(R[-1, -1]), 1e-300)
     inverse = np.linalg.inv(R)
     _, _, right = np.linalg.svd(errors[:, None] * inverse)
@@ -258,7 +260,7 @@ def _orthogonal(whole: FloatArray, noise: FloatArray) -> FloatArray:
     return np.asarray(-v[:-1] / v[-1])
 
 
-#: Estimators that need nothing but the equations, by the name of `--method`.
+#: Estimators that need only the equations, by the name of `--method`.
 ESTIMATORS: dict[str, Estimator] = {
     e.name: e for e in (Wls(), Ols(), Huber(), TotalLeastSquares(), InstrumentalVariables())
 }

@@ -1,18 +1,19 @@
-"""Random functions of the motion's state, which stand for what a model may miss.
+"""Random functions of the state of a motion, which represent model misfit.
 
-What no effect of a model explains is a function of positions and speeds that nobody knows, the same
-one whenever the robot comes by. It is taken as random: a sum of waves with random directions and
-lengths in the state, their coefficients independent (random Fourier features, Rahimi and Recht
-2007), of a variance that falls with the frequency of the wave.
+Model misfit is an unknown function of positions and speeds. It is the same whenever the robot
+returns to a state. symgen treats it as random: a sum of waves with random directions and lengths in
+the state and independent coefficients (random Fourier features, Rahimi and Recht 2007). The
+variance of the coefficients falls with the frequency of the wave.
 
     m_j(q, qd) = sum over waves k of (a_k cos(d_k'x) + b_k sin(d_k'x)) s_k,
     x = (state - middle) / spread
 
-One half of them is smooth, s_k = 1, and depends on all joints. The other half is friction,
-s_k = sign qd_j: it depends on the own position and speed of the joint, and jumps where it turns.
-How much of a misfit is friction, nobody knows: that share is one of SHARES (`mixtures`).
+One half of the waves is smooth, s_k = 1, and depends on all joints. The other half is friction, s_k
+= sign qd_j: it depends on the position and speed of joint j only, and jumps where the joint
+reverses. The share of friction in the misfit is unknown: it is one of SHARES (`mixtures`).
 
-Equations of torque see it through the comparison band, those of windows its integral.
+Torque equations contain the functions filtered to the comparison band; window equations contain
+their integrals.
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ from symgen.data.mask import moving_joints
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import SEED, FloatArray
 
-#: Waves, with a cosine and a sine each, and those of them that are friction.
+#: Number of waves, each with a cosine and a sine, and number of friction waves among them.
 WAVES, RUBS = 32, 16
-#: Shares of a misfit's variance that may be friction, all as probable beforehand.
+#: Possible shares of friction in the variance of a misfit, with equal prior probabilities.
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
-#: Radians of a wave over one spread of the motion: from nearly a straight line to a whole wave.
+#: Radians of a wave over one spread of the motion: from nearly a straight line to a full wave.
 _SLOW, _FAST = 0.5, 2 * np.pi
 
 
@@ -43,7 +44,8 @@ class Features:
     Attributes:
         middle: mean of q and of qd over the motion, (2 n).
         scale: 1 over their standard deviations, (2 n); 0 for joints that hardly move.
-        size: RMS of the torque of each joint, (n): the energy model has one equation for all.
+        size: (n,) RMS of the torque of each joint, which scales the functions of the single energy
+            equation.
     """
 
     middle: tuple[float, ...]
@@ -51,12 +53,12 @@ class Features:
     size: tuple[float, ...]
 
     def __call__(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """Return the functions at states (K, n), (K, n, 2 WAVES): the sum of squares is 1."""
-        whole, own, sizes, _ = _drawn(len(self.size))
+        """Return the functions at states (K, n), (K, n, 2 WAVES); the sum of their squares is 1."""
+        smooth_waves, friction_waves, sizes, _ = _drawn(len(self.size))
         x = (np.hstack([q, qd]) - self.middle) * self.scale
-        # Single precision: sines are five times as fast, and any function like these would do.
-        smooth = (x @ whole).astype(np.float32)[:, None]  # the same for all joints
-        rubs = np.einsum("kcj,cw->kjw", x.reshape(len(x), 2, -1), own).astype(np.float32)
+        # Single precision makes sines five times as fast, and the functions are random anyway.
+        smooth = (x @ smooth_waves).astype(np.float32)[:, None]  # the same for all joints
+        rubs = np.einsum("kcj,cw->kjw", x.reshape(len(x), 2, -1), friction_waves).astype(np.float32)
         m = smooth.shape[2]
         jumps = np.sign(qd)[:, :, None] * sizes[m:]
         out: FloatArray = np.empty((*q.shape, 2, len(sizes)))
@@ -66,10 +68,10 @@ class Features:
         return out.reshape(*q.shape, -1)
 
     def powers(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """Return the power of the functions, (K, 1, 2 WAVES), each a torque in its direction."""
+        """Return the power of the functions, (K, 1, 2 WAVES): each is a torque in its direction."""
         *_, torques = _drawn(len(self.size))
-        found = np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)
-        return np.asarray(found[:, None])
+        powers = np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)
+        return np.asarray(powers[:, None])
 
     def in_band(self, modelled: Callable[[Any], FloatArray]) -> FloatArray:
         """Return the functions in the comparison band, (K, n, 2 WAVES).
@@ -88,7 +90,7 @@ def mixtures() -> FloatArray:
 
 @cache
 def _drawn(n: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return what is drawn for n joints.
+    """Return the random draws for n joints.
 
     Returns:
         Smooth waves, (2 n, WAVES - RUBS); those of friction, (2, RUBS); the sizes of all, (WAVES),
@@ -100,7 +102,7 @@ def _drawn(n: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     for d in ways:
         lengths = np.exp(rng.uniform(np.log(_SLOW), np.log(_FAST), d.shape[1]))
         d *= lengths / np.linalg.norm(d, axis=0)
-        size = lengths**-0.5  # laws are rather long than short
+        size = lengths**-0.5  # long waves have larger coefficients than short ones
         sizes.append(size / np.linalg.norm(size) / np.sqrt(len(ways)))
     return ways[0], ways[1], np.concatenate(sizes), rng.normal(size=(n, 2 * WAVES))
 
@@ -109,8 +111,8 @@ def features_of(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> Features:
     """Return random functions of the state of some logs, on the scale of their motion.
 
     Args:
-        logs: in the band of the run.
-        sigma: (n,) types of the joints. Those that hardly move have no say.
+        logs: the logs in the band of the run.
+        sigma: (n,) types of the joints.
     """
     states = np.concatenate([np.hstack([log.q, log.qd]) for log in logs])
     moving = np.isin(np.arange(len(sigma)), moving_joints([log.qd for log in logs], sigma))

@@ -24,10 +24,10 @@ from symgen.estimation.values import FloatArray
 
 #: Nodes at which models are evaluated, per period of the highest frequency of interest.
 _NODES = 16.0
-#: Nodes per period of the cutoff for what is smooth in the motion: a product of two signals below
-#: the cutoff holds nothing above twice it, so that no more than this aliases nothing into the band.
+#: Nodes per period of the cutoff for smooth functions of the motion. A product of two signals below
+#: the cutoff contains nothing above twice the cutoff, so this rate is enough to avoid aliasing.
 _SMOOTH = 4.0
-#: Weight of a row in the comparison band under which a mask leaves nothing of it.
+#: Smallest weight in the comparison band of a row that is used despite a mask.
 _HARDLY = 0.05
 #: Periods of the comparison band over which its low-pass spreads a rest.
 _REST_REACHES = 0.5
@@ -35,14 +35,14 @@ _REST_REACHES = 0.5
 
 @dataclass(frozen=True, eq=False)
 class FilteredLog:
-    """One log in the band of a run; arrays at the log's own rate.
+    """One log in the band of a run; arrays at the sampling rate of the log.
 
     Attributes:
         samples: the log as sampled, with unfiltered torque.
         band: the filters of the run.
         q: (N, n) positions below the cutoff, rad (m).
-        qd: (N, n) speeds below it: measured ones, or the derivative of q.
-        slopes: speeds and their derivative as the filter gave both; None without a filter.
+        qd: (N, n) speeds below it: measured, or the derivative of q.
+        slopes: speeds and their derivatives, both from the filter; None without a filter.
         base: specific force, angular velocity and acceleration of a base with an IMU, (N, 3) each,
             through the filter of the speeds; empty for a base at rest.
     """
@@ -92,8 +92,8 @@ class FilteredLog:
         rests = self.band.rests
         if rests is None:
             return None
-        found = resting(self.samples.q, self.step, np.array(rests.slow))
-        return found if found.any() else None
+        at_rest = resting(self.samples.q, self.step, np.array(rests.slow))
+        return at_rest if at_rest.any() else None
 
     def nodes(self, stride: int) -> tuple[FloatArray, FloatArray]:
         """Return positions and speeds of every `stride`-th sample."""
@@ -108,12 +108,12 @@ class FilteredLog:
 
     @property
     def motion(self) -> tuple[FloatArray, ...]:
-        """The arrays that a model of torque takes: q, qd, qdd, and those of the base."""
+        """The arrays that the torque model takes: q, qd, qdd, and the motion of the base."""
         return (self.q, self.qd, self.qdd, *self.base)
 
     @property
     def stride(self) -> int:
-        """Samples from one node to the next: the motion is smooth between them."""
+        """Samples from one node to the next."""
         if not self.band.filters(self.step):
             return 1
         highest = max(self.band.cutoff_hz, self.band.comparison_hz)
@@ -131,7 +131,7 @@ class FilteredLog:
 
     @property
     def compared_t(self) -> FloatArray:
-        """Their times, (K,) s."""
+        """Times of the kept samples, (K,) s."""
         return self.t[self.kept]
 
     @cached_property
@@ -141,7 +141,7 @@ class FilteredLog:
 
     @property
     def smooth_stride(self) -> int:
-        """Samples between the nodes that smooth functions of the motion need, without any step."""
+        """Samples between the nodes that smooth functions of the motion need."""
         rows = self.rows
         if rows.cutoff is None:
             return 1
@@ -154,7 +154,7 @@ class FilteredLog:
         return self.every(self.rows.stride)
 
     def every(self, stride: int) -> FilteredLog:
-        """Return the log sampled at every `stride`-th sample only."""
+        """Return the log at every `stride`-th sample only."""
         if stride == 1:
             return self
         samples = self.samples.cut(slice(None, None, stride))
@@ -172,7 +172,7 @@ class FilteredLog:
 
         Args:
             x: the signal at all samples, or at the nodes only.
-            stride: samples from one row of x to the next, where x is neither.
+            stride: samples from one row of x to the next; None for either of these.
         """
         rows = self.rows
         if stride is None:
@@ -201,25 +201,25 @@ class FilteredLog:
     def modelled(
         self,
         model: Callable[..., FloatArray],
-        together: int = BLOCK,
+        block_size: int = BLOCK,
         stride: int | None = None,
     ) -> FloatArray:
         """Return a model along the log, in the comparison band at the kept samples, (K, ...).
 
         Args:
-            model: from the arrays of `motion`, (k, n) each, to (k, ...).
-            together: approximate number of nodes that are evaluated at once.
-            stride: samples from node to node; None for those that any model needs.
+            model: function from the arrays of `motion`, (k, n) each, to (k, ...).
+            block_size: approximate number of nodes to evaluate at once.
+            stride: samples from node to node; None for `FilteredLog.stride`.
         """
         rows = self.rows if stride is None else replace(self.rows, stride=stride)
         every = self.stride if stride is None else stride
 
         def at(first: int, last: int) -> FloatArray:
             nodes = slice(first * every, (last - 1) * every + 1, every)
-            found = model(*(np.ascontiguousarray(x[nodes]) for x in self.motion))
-            return found if self.weight is None else _weighed(found, self.weight[nodes])
+            modelled = model(*(np.ascontiguousarray(x[nodes]) for x in self.motion))
+            return modelled if self.weight is None else _weighed(modelled, self.weight[nodes])
 
-        return rows.filtered(at, together)
+        return rows.filtered(at, block_size)
 
     @cached_property
     def resting(self) -> Bools | None:
@@ -246,10 +246,10 @@ class FilteredLog:
         """Whether a kept sample of a joint is out of the reach of the mask, (K, n)."""
         if self.weight is None:
             return np.ones((len(self.kept), self.q.shape[1]), dtype=bool)
-        left = self.weight
+        weight = self.weight
         if self.rows.cutoff is None:
-            return left[self.kept] > _HARDLY
-        return lowpass(left, self.step, self.rows.cutoff)[self.kept] > _HARDLY
+            return weight[self.kept] > _HARDLY
+        return lowpass(weight, self.step, self.rows.cutoff)[self.kept] > _HARDLY
 
 
 def kept_spans(logs: Sequence[FilteredLog]) -> list[slice]:
@@ -272,7 +272,7 @@ def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> Fil
     Args:
         samples: the log.
         band: band of the run.
-        q: its filtered positions, if they are known and speeds are measured.
+        q: its filtered positions, if already computed and speeds are measured.
     """
     derived = band.velocity == "derived" or samples.velocity_derived
     base = base_motion(samples, band)

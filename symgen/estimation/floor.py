@@ -1,12 +1,13 @@
-"""The noise floor: what is left of the torque in the band when the model is right.
+"""The noise floor: the torque residual in the comparison band of a correct model.
 
-Two sources, squared and added up joint by joint:
+It has two parts. Their squares are added up joint by joint:
 
-* torque noise, white: of density D it has D band in the band and D (Nyquist - band) above it, where
-  the residual is read. A torque that was filtered before it was recorded has no noise there, and
-  its noise in the band is unknown: the floor is NaN;
-* noise of positions and speeds, which the model's torque carries on: its density is read above the
-  band too, and a draw of it is put on top of the motion; reversals of friction are in this part.
+* White torque noise. symgen reads its density above the comparison band and multiplies it by the
+  width of the band. A torque that was filtered before recording has no noise there; the floor is
+  then NaN.
+* Noise of positions and speeds, which enters through the modelled torque. symgen reads its density
+  above the passband, adds a random draw to the motion, and takes the change of the modelled torque.
+  This part contains the reversals of friction.
 """
 
 from __future__ import annotations
@@ -24,12 +25,12 @@ from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import SEED, FloatArray
 from symgen.runtime.evaluator import Evaluator
 
-#: Gap of a joint over its noise, and over what matters, from which something is missing.
+#: A gap is visible above these multiples of the noise floor and of the smallest gap that matters.
 _LOUD, _VISIBLE = 3.0, 2.0
-#: Largest noise density in one octave over the next one. Logs of six robots have 0.4 to 10, and
-#: torques through a low-pass of second order 75 and more.
+#: Largest ratio of the noise density in one octave to that in the next. It is 0.4 to 10 in logs of
+#: six robots, and at least 75 in torques after a second-order low-pass.
 _STEEP = 30.0
-_NOISE = 1e-4  # noise over its torque that every instrument exceeds
+_NOISE = 1e-4  # noise over torque, below that of any instrument
 
 
 def noise_floor(
@@ -38,26 +39,26 @@ def noise_floor(
     model: Callable[[FilteredLog], FloatArray],
     counts: Bools | None = None,
 ) -> FloatArray:
-    """Return the standard deviation of the residual that noise alone leaves in the band, (n,).
+    """Return the standard deviation (n,) of the residual in the band that noise alone causes.
 
     It is NaN for a torque that was filtered before it was recorded.
 
     Args:
-        log: in the band of the run.
+        log: the log in the band of the run.
         error: (N, n) measured minus modelled torque, unfiltered.
-        model: gives the modelled torque (N, n) of a log.
-        counts: (K, n) kept rows that are asked about; None for all.
+        model: returns the modelled torque (N, n) of a log.
+        counts: (K, n) kept rows to use; None for all.
     """
     band, edge = log.rows.cutoff, passband(log)
     if band is None:
         return np.zeros(error.shape[1])
-    above = edge or band  # below it the modelled torque has noise of its own
+    above = edge or band  # below it the modelled torque contains noise too
     high = error - lowpass(error, log.step, above)
     variance = white_noise(high, log.step, above, log.clear) ** 2 * band * 2 * log.step
     if edge is not None:
-        carried = log.unmasked.compared(model(_shaken(log, edge)) - model(log))
-        rows = np.ones(carried.shape, dtype=bool) if counts is None else counts
-        variance += np.sum(rows * carried**2, axis=0) / np.maximum(rows.sum(axis=0), 1)
+        change = log.unmasked.compared(model(_shaken(log, edge)) - model(log))
+        rows = np.ones(change.shape, dtype=bool) if counts is None else counts
+        variance += np.sum(rows * change**2, axis=0) / np.maximum(rows.sum(axis=0), 1)
     variance[_filtered(log, band)] = np.nan
     return np.asarray(np.sqrt(variance))
 
@@ -65,10 +66,10 @@ def noise_floor(
 def _filtered(log: FilteredLog, band: float) -> Bools:
     """Return which torques were filtered before they were recorded, (n,).
 
-    In the two highest octaves, their noise is below that of any instrument, or falls steeply.
+    In the two highest octaves, their noise is below that of any instrument or falls steeply.
     """
     nyquist = 0.5 / log.step
-    if nyquist / 4 < band:  # the motion reaches into these octaves
+    if nyquist / 4 < band:  # the motion has power in these octaves
         return np.zeros(log.tau.shape[1], dtype=bool)
     half = lowpass(log.tau, log.step, nyquist / 2)
     quarter = lowpass(half, log.step, nyquist / 4)
@@ -79,11 +80,11 @@ def _filtered(log: FilteredLog, band: float) -> Bools:
 
 
 def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> TorqueFit:
-    """Return what noise alone leaves of the torque of joints in motion, with that torque.
+    """Return the noise floor of joints in motion, with the size of their torque.
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
-        logs: in the band of the run.
+        logs: the logs in the band of the run.
         X: parameters, (p,).
     """
     out = TorqueFit.none(evaluator.model.robot.n)
@@ -100,21 +101,21 @@ def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) 
 
 
 def quiet(gap: Sequence[float], noise: Sequence[float], least: float) -> bool:
-    """Whether no joint has a gap that is visible: above the noise, and twice what matters.
+    """Return whether no joint has a visible gap: above three noise floors and above twice `least`.
 
-    Noise that is unknown, NaN, counts as none.
+    An unknown noise floor (NaN) counts as 0.
     """
     pairs = zip(gap, np.nan_to_num(noise), strict=True)
     return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
 
 
 def passband(log: FilteredLog) -> float | None:
-    """Return the cutoff of the low-pass of positions and speeds, Hz; None where they pass none."""
+    """Return the cutoff of the low-pass of positions and speeds, Hz; None without a filter."""
     return log.band.cutoff_hz if log.band.filters(log.step) else None
 
 
 def _shaken(log: FilteredLog, edge: float) -> FilteredLog:
-    """Return the log with its own noise of the motion, white up to `edge`, once more."""
+    """Return the log with another draw of the noise of its motion, white up to `edge`."""
     draw, samples = np.random.default_rng(SEED), log.samples
 
     def noise(x: FloatArray, smooth: FloatArray) -> FloatArray:

@@ -1,14 +1,14 @@
-"""Instrumental variables, and what they say of least squares.
+"""Instrumental variables, and the test of least squares that they allow.
 
-They remove the bias that least squares has where the columns of W carry noise that is also in
-y - W X. Instruments Z (as large as W) that follow the true motion but not this noise give an
-estimate without it,
+Least squares is biased where the columns of W contain noise that y - W X contains too. Instruments
+Z, of the size of W, follow the true motion without this noise. They give an estimate without this
+bias,
 
     X = (Z'W)^-1 Z'y            (Young 1970; Janot, Vandanjon, Gautier 2014)
 
-Where Z comes from is said in `symgen.identification.instruments`. The Durbin-Wu-Hausman test asks
-whether what Z does not explain of W helps to explain y (Hausman 1978; Davidson and MacKinnon 1993,
-section 7.9):
+`symgen.identification.instruments` computes Z. The Durbin-Wu-Hausman test asks whether the part of
+W that Z does not explain helps to explain y (Hausman 1978; Davidson and MacKinnon 1993, section
+7.9):
 
     y = W X + V d + e,   V = W - Z (Z'Z)^-1 Z'W,   d = 0 where least squares is consistent
 """
@@ -42,11 +42,11 @@ from symgen.estimation.torque_error import percent
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 from symgen.policy import BEYOND, KNOWN
 
-#: Columns whose part that the instruments leave is smaller than this share are not suspect.
+#: A column is not tested if the instruments leave less than this share of it unexplained.
 _SUSPECT = 1e-7
-#: Level of the Durbin-Wu-Hausman test below which least squares is called biased.
-LEVEL = 0.01
-#: Correlation of a direction of W with the instruments under which they are called weak.
+#: Significance level of the Durbin-Wu-Hausman test for bias.
+SIGNIFICANCE = 0.01
+#: Instruments are weak if their correlation with a direction of W is below this.
 _WEAK = 0.3
 #: Share of a parameter from which a bias matters.
 _MATERIAL = 0.05
@@ -55,13 +55,14 @@ _UNTESTED = "no Durbin-Wu-Hausman test: the logs hold too few independent equati
 
 @dataclass(frozen=True)
 class InstrumentalVariables:
-    """Instrumental variables X = (Z'W)^-1 Z'y, logs weighed by the deviation of their residual.
+    """Instrumental variables X = (Z'W)^-1 Z'y, with a weight a log from its residual deviation.
 
-    Its covariance is the sandwich with instruments, (Z'W)^-1 S (W'Z)^-1 with S the long-run
-    covariance of z e. Beside it stand weighted least squares and the Durbin-Wu-Hausman test.
+    Its covariance is the sandwich with instruments, (Z'W)^-1 S (W'Z)^-1, with S the long-run
+    covariance of z e. The solution also contains weighted least squares and the Durbin-Wu-Hausman
+    test.
 
     Attributes:
-        least: weighted least squares of the same equations, where it is known.
+        least: weighted least squares of the same equations, if already solved.
     """
 
     least: Solution | None = None
@@ -116,7 +117,7 @@ class InstrumentalVariables:
 
 
 def _z(equations: Equations) -> FloatArray:
-    """Return the instruments, which were asked for before."""
+    """Return the instruments of equations that have them."""
     assert equations.Z is not None
     return equations.Z
 
@@ -128,7 +129,8 @@ class _Reduced:
     Attributes:
         X: the instrumental-variables estimate, (p,).
         size, scale: norms of the columns of Z and of W, (p,).
-        Rz, Rzw, Rv: (p, p); Q'W is [Rzw; Rv], and Rv is the triangle of what Z leaves of W.
+        Rz, Rzw, Rv: (p, p); Q'W is [Rzw; Rv], and Rv is the triangle of the part of W that Z does
+            not explain.
         shared: smallest canonical correlation of W with Z.
     """
 
@@ -175,8 +177,8 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> Endogeneity 
         weights: one a log.
 
     Returns:
-        The test; None where no column differs from what the instruments explain of it, or where
-        the logs hold too few equations.
+        The test; None if the instruments explain every column, or if the logs contain too few
+        equations.
     """
     reduced, p = _Reduced.of(system, weights), len(system.names)
     # V = (W - Z explained) / scale, in an orthonormal basis of its columns
@@ -211,16 +213,17 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> Endogeneity 
 def bias_of_least_squares(
     system: LinearSystem, solution: Solution, least: Solution | None = None
 ) -> tuple[Solution, str]:
-    """Compare weighted least squares with instrumental variables, where there are instruments.
+    """Compare weighted least squares with instrumental variables, if there are instruments.
 
     Args:
         system: the equations that were solved.
-        solution: by a method that takes the regressor as exact.
-        least: weighted least squares of these equations, where it is known.
+        solution: the solution by a method that treats the regressor as exact.
+        least: weighted least squares of these equations, if already solved.
 
     Returns:
-        The solution with tests and comparison, and in words a bias that the intervals do not hold,
-        or "": significant, above 3 std, and above 5 % of a parameter that is known to 30 %.
+        The solution with tests and comparison, and a text on a bias that the intervals do not
+        contain, or "". Such a bias is significant, above 3 std, and above 5 % of a parameter that
+        is known to 30 %.
     """
     if any(e.Z is None for e in system.logs):
         return solution, ""
@@ -238,19 +241,19 @@ def bias_of_least_squares(
     plain = other.comparison[0]
     moves = np.abs(other.X - plain.X)
     known = (spread < KNOWN * size) & (moves > _MATERIAL * size)
-    certain = any(test.p_value < LEVEL for test in other.endogeneity)
+    certain = any(test.p_value < SIGNIFICANCE for test in other.endogeneity)
     ratio = np.where(known & (plain.std > 0), moves / np.maximum(plain.std, 1e-300), 0.0)
-    worst = int(np.argmax(ratio))
-    if not certain or ratio[worst] <= BEYOND:
+    largest = int(np.argmax(ratio))
+    if not certain or ratio[largest] <= BEYOND:
         return compared, ""
     return compared, (
-        f"plain least squares is biased by noise in the speeds: {system.names[worst]} by "
-        f"{ratio[worst]:.2g} std, {percent(moves[worst] / size[worst])}; compare method iv"
+        f"plain least squares is biased by noise in the speeds: {system.names[largest]} by "
+        f"{ratio[largest]:.2g} std, {percent(moves[largest] / size[largest])}; compare method iv"
     )
 
 
 def _f_tail(statistic: float, numerator: float, denominator: float) -> float:
-    """Return the probability that F(numerator, denominator) is above a value."""
+    """Return the probability that F(numerator, denominator) exceeds a value."""
     from scipy.special import fdtrc
 
     return float(fdtrc(numerator, denominator, max(statistic, 0.0)))

@@ -1,7 +1,7 @@
-"""Integrals of sampled signals: along a whole log, and over many windows of one length.
+"""Integrals of sampled signals, along the log or over many windows of one length.
 
-The integral over an interval is that of the polynomial of degree five through the six samples
-around it. It is exact up to that degree; the trapezoid rule would bias coarse logs.
+The integrand of an interval is the polynomial of degree five through the six samples around it. It
+is exact up to that degree; the trapezoid rule would bias logs with a low sampling rate.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ POINTS = 6
 def over_windows(y: FloatArray, step: float, last: Places, length: int) -> FloatArray:
     """Integrate over windows of `length` samples.
 
-    A running sum serves all windows; polynomials are evaluated at their ends only.
+    One running sum serves all windows. The polynomials are evaluated at the window ends only.
 
     Args:
         y: (N, ...) signal in uniform steps.
@@ -43,7 +43,8 @@ def _integral(y: FloatArray) -> Callable[[Places], FloatArray]:
     The function has an arbitrary constant, and the step as its unit of time.
     """
     points = min(POINTS, len(y))
-    before, inner = (points - 2) // 2, len(y) - points + 1  # of its interval; such intervals
+    # samples before the interval; number of inner intervals
+    before, inner = (points - 2) // 2, len(y) - points + 1
     sums = np.zeros((len(y) + 1, y.shape[1]))
     np.cumsum(y, axis=0, out=sums[1:])
     weights = _interval_weights(points, before)

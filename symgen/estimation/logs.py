@@ -1,4 +1,4 @@
-"""Logs of a run: opened, mapped to the joint side, and told apart."""
+"""The logs of a run: open them, map them to the joint side, and check that they differ."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side, with_servo_torques
-from symgen.data.log import MIN_SAMPLES, Log, cut, given_roles, read_log
+from symgen.data.log import MIN_SAMPLES, Log, cut, read_log, roles_with_unit
 from symgen.data.long_logs import Source as Source
 from symgen.data.raw import IMU, Reading, read_only, refuse
 from symgen.data.signals import Samples
@@ -23,14 +23,13 @@ from symgen.robot.tables import Limits
 from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
-#: Usual specific force of a base, m/s2: more than a reading in g or without gravity, and less than
-#: one in mm/s2.
+#: Usual specific force of a base, m/s2. It excludes readings in g, without gravity, or in mm/s2.
 _WEIGHT = (3.0, 100.0)
-_ABOVE = 1.05  # torque over its limit from which it is said
-_USUALLY = 0.99  # quantile of a speed, without outliers
-#: Share of each log that is held out where no validation log is given.
+_ABOVE = 1.05  # torque over its limit that gives a note
+_USUALLY = 0.99  # quantile of the speed, without outliers
+#: Share of each log that is held out without a validation log.
 HELD_OUT = 0.2
-#: End of the name of a held-out part.
+#: Ending of the name of a held-out part.
 LATE = " (last fifth)"
 
 
@@ -40,7 +39,7 @@ def listed_logs(logs: Sequence[Source] | Source) -> list[Source]:
 
 
 def require_logs(logs: Sequence[Source]) -> None:
-    """Raise LogError where there is no log."""
+    """Raise LogError if there is no log."""
     if not logs:
         raise LogError(
             "no log is given; accepted: one or more CSV, Parquet, NPZ or MCAP files, or ROS 2 bags"
@@ -48,15 +47,15 @@ def require_logs(logs: Sequence[Source]) -> None:
 
 
 def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Log:
-    """Read a log where a path is given, and map it to the joint side; refuse another robot's.
+    """Read a log from a path, map it to the joint side, and refuse a log of another robot.
 
     Args:
-        source: a path, or a log as it was recorded.
-        robot: whose [drive] says on which side that is.
-        reading: how files are read, and the span of time that is used.
+        source: a path, or a log as recorded.
+        robot: the robot; its [drive] section states the side of the recorded values.
+        reading: options of reading files, and the span of time to use.
 
     Raises:
-        LogError: it cannot be read, has another number of joints, or torques that no robot has.
+        LogError: the log cannot be read, or has another number of joints or impossible torques.
     """
     reading = reading or Reading()
     if isinstance(source, Log):
@@ -79,9 +78,10 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
             what = "has currents and no torques"
             refuse(what, "with torque_constant in [drive] of the robot file")
         tau = log.tau.copy()
-        tau[:, robot.passive] = 0.0  # whatever the log holds
+        tau[:, robot.passive] = 0.0  # the joint has no drive
         largest = float(np.abs(tau).max())
-        if not _TORQUES[0] < largest < _TORQUES[1]:  # nothing can be learned from such torques
+        # no parameter can be estimated from such torques
+        if not _TORQUES[0] < largest < _TORQUES[1]:
             refuse(
                 f"the largest torque is {largest:.3g}",
                 f"N m or N, between {_TORQUES[0]:g} and {_TORQUES[1]:g}",
@@ -95,7 +95,7 @@ def _require_base_motion(log: Log) -> None:
     """Refuse a log that lacks the motion of the base, or has its specific force in other units."""
     if log.imu is None:
         refuse(
-            "has no motion of the base, which the robot file says moves",
+            "lacks the motion of the base, which moves according to the robot file",
             f"columns {', '.join(IMU)} in m/s2 and rad/s, in the axes of the base (imu (N, 6) "
             "for NPZ), or a robot file without base = 'imu'",
         )
@@ -106,11 +106,10 @@ def _require_base_motion(log: Log) -> None:
 
 
 def _require_within(log: Log, robot: Robot, reading: Reading) -> None:
-    """Refuse a log far beyond the joints' limits: in degrees, say, or of the drive's other side.
+    """Refuse a log far beyond the joint limits, for example in degrees or on the motor side.
 
-    Far is more than the range of a position, or the limit of a speed, beyond; gears and offsets
-    cause less.
-    An option --unit for speeds says that their limits are wrong.
+    Far means beyond a position limit by more than the range, or a speed of more than twice its
+    limit. Gears and offsets cause less. With `--unit` for speeds, the speed limits are not checked.
     """
     limits = robot.limits or Limits()
     side = "a log that [drive] maps into [limits]; see position_side"
@@ -126,7 +125,7 @@ def _require_within(log: Log, robot: Robot, reading: Reading) -> None:
                 "ones in the robot file"
             )
             refuse(what, side if log.mapped else plain)
-    if log.qd is None or "qd" in given_roles(reading):
+    if log.qd is None or "qd" in roles_with_unit(reading):
         return
     for j, limit in enumerate(limits.velocity or ()):
         usual = float(np.quantile(np.abs(log.qd[:, j]), _USUALLY))
@@ -141,7 +140,7 @@ def _require_within(log: Log, robot: Robot, reading: Reading) -> None:
 
 
 def _beyond_torque(tau: FloatArray, robot: Robot, name: str) -> Iterator[str]:
-    """Yield a note on the torque that is farthest above the limit of the robot file."""
+    """Yield a note on the torque that exceeds the limit of the robot file the most."""
     limits = robot.limits and robot.limits.torque
     times = np.abs(tau).max(axis=0) / (limits or np.inf)
     j = int(np.argmax(times))
@@ -152,8 +151,8 @@ def _beyond_torque(tau: FloatArray, robot: Robot, name: str) -> Iterator[str]:
         )
 
 
-def held_from(count: int) -> int:
-    """Return the number of the first sample, of so many, that is held out."""
+def first_held_out(count: int) -> int:
+    """Return the number of the first held-out sample of `count` samples."""
     return int(count * (1 - HELD_OUT))
 
 
@@ -163,9 +162,9 @@ def hold_out(logs: Sequence[Samples]) -> tuple[list[Samples], list[Samples]]:
     Raises:
         LogError: a log is too short.
     """
-    train, held = [], []
+    train, held_out = [], []
     for s in logs:
-        cut = held_from(len(s.t))
+        cut = first_held_out(len(s.t))
         if len(s.t) - cut < MIN_SAMPLES:
             raise LogError(
                 f"{s.name}: {len(s.t)} samples are too few to hold out the last fifth; accepted: "
@@ -173,16 +172,16 @@ def hold_out(logs: Sequence[Samples]) -> tuple[list[Samples], list[Samples]]:
             )
         train.append(s.cut(slice(None, cut)))
         late = s.cut(slice(cut, None))
-        held.append(replace(late, name=f"{s.name}{LATE}", notes=()))
-    return train, held
+        held_out.append(replace(late, name=f"{s.name}{LATE}", notes=()))
+    return train, held_out
 
 
-def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> None:
-    """Raise LogError where a log is given twice: it would judge nothing, or count double."""
+def require_other_data(train: Sequence[Samples], held_out: Sequence[Samples]) -> None:
+    """Raise LogError if a log appears twice: it would validate nothing, or count double."""
     known: dict[str, str] = {}
     for kind, logs, accepted in (
         ("training", train, "each log once"),
-        ("validation", held, "another log, or none (the last fifth is held out then)"),
+        ("validation", held_out, "another log, or none (the last fifth is held out then)"),
     ):
         for samples in logs:
             key = samples_digest(samples)

@@ -20,8 +20,8 @@ from symgen.robot.types import Robot
 def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Samples:
     """Mask samples at rest or in saturation; the log itself keeps all samples.
 
-    Momentum and torque equations of a joint are left out if that joint is masked. Energy equations
-    are left out if all moving joints are at rest, or if any torque is saturated.
+    A masked joint has no momentum and torque equations. Energy equations are left out if all moving
+    joints are at rest, or if any torque is saturated.
 
     Args:
         samples: the log on its uniform grid.
@@ -33,35 +33,35 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
         LogError: fewer than 10 samples of a joint remain.
     """
     joint = np.zeros(samples.q.shape, dtype=bool)
-    whole = np.zeros(len(samples.t), dtype=bool)
+    all_joints = np.zeros(len(samples.t), dtype=bool)
     notes = []
     if "rest" in kinds:
         slow = rest_speeds([samples], robot.sigma)
         rest, still = resting(samples.q, samples.step, slow), slow < 0
         if not still.all():
-            whole |= rest[:, ~still].all(axis=1)
+            all_joints |= rest[:, ~still].all(axis=1)
         joint |= rest
         what = _shares(rest, robot, "at rest")
         if still.any():
             what += f"; {robot.listed(np.flatnonzero(still))} never moves and is not masked"
         notes.append(what)
     if "saturation" in kinds:
-        assert log.tau is not None  # open_log has seen to it
+        assert log.tau is not None  # open_log guarantees it
         limits = None if robot.limits is None else robot.limits.torque
         ratio = None if robot.drive is None else robot.drive.ratio
         high = on_grid(saturated(log.tau, limits, ratio), log.t, samples.t)
-        whole |= high.any(axis=1)
+        all_joints |= high.any(axis=1)
         joint |= high
         known = "at a limit of [limits] or stuck" if limits is not None else "stuck"
         notes.append(_shares(high, robot, f"in saturation ({known} at its extreme)"))
-    for j, left in enumerate((~joint).sum(axis=0)):
-        if left < MIN_SAMPLES:
+    for j, count in enumerate((~joint).sum(axis=0)):
+        if count < MIN_SAMPLES:
             raise LogError(
-                f"{samples.name}: --mask leaves {left} of {len(samples.t)} samples of "
+                f"{samples.name}: --mask leaves {count} of {len(samples.t)} samples of "
                 f"{robot.listed([j])}; accepted: at least {MIN_SAMPLES}"
             )
-    said = tuple(f"{samples.name}: masked {note}" for note in notes)
-    return replace(samples.masked(joint, whole), notes=(*samples.notes, *said))
+    texts = tuple(f"{samples.name}: masked {note}" for note in notes)
+    return replace(samples.masked(joint, all_joints), notes=(*samples.notes, *texts))
 
 
 def _shares(flags: Bools, robot: Robot, what: str) -> str:
@@ -74,7 +74,9 @@ def _shares(flags: Bools, robot: Robot, what: str) -> str:
     return f"{what}: {counts or 'none'} of {len(flags)} samples"
 
 
-def require_left(log: FilteredLog | Samples, equations: Sequence[Equations], robot: Robot) -> None:
+def require_equations(
+    log: FilteredLog | Samples, equations: Sequence[Equations], robot: Robot
+) -> None:
     """Refuse a mask that covers nearly all samples.
 
     Raises:

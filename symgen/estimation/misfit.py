@@ -1,12 +1,12 @@
-"""How large the noise of an estimate is, and what the model misses: by restricted likelihood.
+"""The size of the noise and of the model misfit of an estimate, by restricted likelihood.
 
     y_j = W_j X + F_j c_j + e_j,    c_jk of variance s_jk^2,    e_j of variance sigma_j^2
 
-for every joint j, with F_j the random functions of the state (`features`): one function for each
-joint, the same in all logs. Rows that share samples count once. sigma_j^2 follows from what is left
-of y_j beside W_j (Patterson and Thompson 1971), the s_jk^2, one size for smooth functions and one
-for those of friction, from the products of F_j with the residual of the estimate, beside the noise
-of all joints and what the others miss.
+for every joint j, with F_j the random functions of the state (`features`). They are one function
+for each joint, the same in all logs. Rows that share samples count once. sigma_j^2 is that of the
+part of y_j that W_j does not explain (Patterson and Thompson 1971). The s_jk^2 have one size for
+smooth functions and one for friction. They are estimated from the products of F_j with the
+residual, given the noise of all joints and the misfit of the others.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from symgen.estimation.features import mixtures
 from symgen.estimation.summary import Summary
 from symgen.estimation.values import FloatArray
 
-_RANK = 1e-10  # of the products of W: eigenvalues below are zero
-_ROUNDING = 1e-7  # of what functions show
-#: The same: below, it may be torque that is no sum of these functions, which looks there like a
-#: large one. Chosen on runs of interval_study.py, --seed 61000.
+_RANK = 1e-10  # relative; smaller eigenvalues of the products of W are zero
+_ROUNDING = 1e-7  # relative; smaller eigenvalues of the products of F are zero
+#: The same for misfits. A smaller direction may be torque that is no sum of these functions, which
+#: would look like a large misfit. Chosen on runs of interval_study.py, --seed 61000.
 _SHOWN = 1e-4
-_SWEEPS = 3  # over the joints: what each misses hides in what the others seem to miss
-#: Variances of a misfit over that of noise, in the direction that shows most of it.
+_SWEEPS = 3  # over the joints, since the misfit of one affects the estimates of the others
+#: Variances of a misfit over that of noise, in the direction with the largest misfit.
 _RATIOS = np.geomspace(1e-4, 1e6, 101)
 
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """What has to be known of the weighted equations of one joint.
+    """Products of the weighted equations of one joint.
 
     Attributes:
-        joint: its position, None for energy.
+        joint: position of the joint, None for energy.
         rows: number of equations.
-        independent: rows that share no samples, about.
+        independent: approximate number of rows that share no samples.
         gram: [W F y]'[W F y], (p + m + 1, p + m + 1).
         cross: W'[W F], or Z'[Z F] of instruments Z, (p, p + m).
     """
@@ -50,21 +50,21 @@ class Products:
 
     @classmethod
     def of_summary(cls, s: Summary, weight: float, cross: FloatArray | None = None) -> Products:
-        """Return those of a summary with a weight for all its rows.
+        """Return the products of a summary with one weight for all its rows.
 
         Args:
             s: the summary.
-            weight: of its rows.
+            weight: weight of its rows.
             cross: Z'[Z F] of unweighted instruments Z; None without any.
         """
-        own = s.factor.T @ s.factor
-        p = len(own) - 1
+        products = s.factor.T @ s.factor
+        p = len(products) - 1
         F = np.zeros((0, p + 1)) if s.features is None else s.features
         WF, FF, Fy = np.split(F, [p, p + len(F)], axis=1)
         rows = [
-            [own[:p, :p], WF.T, own[:p, p:]],
+            [products[:p, :p], WF.T, products[:p, p:]],
             [WF, FF, Fy],
-            [own[p:, :p], Fy.T, own[p:, p:]],
+            [products[p:, :p], Fy.T, products[p:, p:]],
         ]
         gram = np.block(rows)
         cross = gram[:p, :-1] if cross is None else cross
@@ -83,7 +83,7 @@ class Products:
 def covariances(
     X: FloatArray, bread: FloatArray, parts: Iterable[Products]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the covariance of an estimate from white noise, and from what the model misses.
+    """Return the covariance of an estimate from white noise, and from model misfit.
 
         A [sum over j of sigma_j^2 W_j'W_j] A'    and    sum over j of (A W_j'F_j) S_j (A W_j'F_j)'
 
@@ -92,47 +92,48 @@ def covariances(
     Args:
         X: the estimate, (p,).
         bread: A (p, p), inverse derivative of the estimating equations.
-        parts: of all logs and joints.
+        parts: products of all logs and joints.
     """
     known: dict[int | None, Products] = {}
     for part in parts:
         known[part.joint] = known[part.joint] + part if part.joint in known else part
     joints, p = list(known.values()), len(bread)
-    noise = [noise_variance(own) for own in joints]
-    scatter = sum(v * own.cross[:, :p] for v, own in zip(noise, joints, strict=True))
+    noise = [noise_variance(products) for products in joints]
+    scatter = sum(v * products.cross[:, :p] for v, products in zip(noise, joints, strict=True))
     white = bread @ scatter @ bread.T
-    moves = [bread @ own.cross[:, p:] for own in joints]
+    moves = [bread @ products.cross[:, p:] for products in joints]
     misfit = np.zeros((len(joints), p, p))
     for _ in range(_SWEEPS if moves[0].size else 0):
-        for j, (own, moved) in enumerate(zip(joints, moves, strict=True)):
+        for j, (products, moved) in enumerate(zip(joints, moves, strict=True)):
             others = white + misfit.sum(axis=0) - misfit[j]
-            misfit[j] = (moved * misfit_variances(own, X, moved, noise[j], others)) @ moved.T
+            misfit[j] = (moved * misfit_variances(products, X, moved, noise[j], others)) @ moved.T
     return white, misfit.sum(axis=0)
 
 
-def noise_variance(own: Products) -> float:
-    """Return sigma^2 of the noise of a joint, its rows counted once, by restricted likelihood.
+def noise_variance(products: Products) -> float:
+    """Return the noise variance sigma^2 of a joint by restricted likelihood; its rows count once.
 
-    In what W leaves of y, with l_k the eigenvalues of F'F there and z_k the share of y in their
-    directions, z_k has the variance s^2 l_k + sigma^2; what F leaves, too, has sigma^2 alone. Both
-    are those of the largest likelihood; 0.0 where W and F say all.
+    W leaves a residual of y and of F. With l_k the eigenvalues of F'F of this residual and z_k the
+    components of y in their directions, z_k has the variance s^2 l_k + sigma^2. The part that F
+    does not explain either has the variance sigma^2. s and sigma maximise the likelihood. The
+    result is 0.0 if W and F explain y exactly.
     """
-    p = len(own.cross)
-    scale = np.sqrt(np.diag(own.gram)[:p])
+    p = len(products.cross)
+    scale = np.sqrt(np.diag(products.gram)[:p])
     scale = np.where(scale > 0, scale, np.inf)
-    values, vectors = np.linalg.eigh(own.gram[:p, :p] / np.outer(scale, scale))
+    values, vectors = np.linalg.eigh(products.gram[:p, :p] / np.outer(scale, scale))
     kept = values > _RANK * values[-1]
     basis = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]
-    said = basis.T @ own.gram[:p, p:]
-    left = own.gram[p:, p:] - said.T @ said
-    shown, directions = np.linalg.eigh(left[:-1, :-1])
-    seen = shown > _ROUNDING * np.trace(own.gram[p:-1, p:-1])
-    shown = shown[seen]
-    z2 = (directions.T @ left[:-1, -1])[seen] ** 2 / shown
-    free = own.independent * max(1 - (int(kept.sum()) + len(z2)) / max(own.rows, 1), 0.0)
+    projected = basis.T @ products.gram[:p, p:]
+    residual = products.gram[p:, p:] - projected.T @ projected
+    shown, directions = np.linalg.eigh(residual[:-1, :-1])
+    nonzero = shown > _ROUNDING * np.trace(products.gram[p:-1, p:-1])
+    shown = shown[nonzero]
+    z2 = (directions.T @ residual[:-1, -1])[nonzero] ** 2 / shown
+    free = products.independent * max(1 - (int(kept.sum()) + len(z2)) / max(products.rows, 1), 0.0)
     if free + len(z2) == 0:
         return 0.0
-    rest = max(float(left[-1, -1] - z2.sum()), 0.0)
+    rest = max(float(residual[-1, -1] - z2.sum()), 0.0)
     spread = 1 + np.outer(np.append(0.0, _RATIOS), shown / shown.max(initial=0.0))
     sigma2 = np.maximum((np.sum(z2 / spread, axis=1) + rest) / (free + len(z2)), 1e-300)
     likely = np.log(spread).sum(axis=1) + (free + len(z2)) * np.log(sigma2)
@@ -140,40 +141,40 @@ def noise_variance(own: Products) -> float:
 
 
 def misfit_variances(
-    own: Products, X: FloatArray, moved: FloatArray, noise: float, others: FloatArray
+    products: Products, X: FloatArray, moved: FloatArray, noise: float, others: FloatArray
 ) -> FloatArray:
-    """Return s_k^2 of what the model misses at a joint, (m,): their mean over the likelihood.
+    """Return the misfit variances s_k^2 at a joint, (m,): their mean over the likelihood.
 
         u = F'(y - W X),    cov u = s^2 N D N' + V,    N = F'F - F'W A W'F
 
-    with V from the noise of the joint and from the errors of X that it does not make itself, and D
-    one of the mixtures of smooth functions and friction, each as probable beforehand. s has the
-    half-Cauchy law beforehand (Gelman 2006), with the size at which the direction of u that shows
-    most of it has as much of noise.
+    V contains the noise of the joint and the errors of X that other joints cause. D is one of the
+    mixtures of smooth functions and friction, with equal prior probabilities. The prior of s is
+    half-Cauchy (Gelman 2006). Its scale is the s at which misfit equals noise in the direction of u
+    with the largest misfit.
 
     Args:
-        own: products of the joint.
+        products: products of the joint.
         X: the estimate, (p,).
-        moved: A W'F, by how much the misfit moves X, (p, m).
+        moved: A W'F, the change of X from the misfit, (p, m).
         noise: sigma^2 of the joint.
-        others: covariance of X from noise and from what other joints miss, (p, p).
+        others: covariance of X from noise and from the misfit of other joints, (p, p).
     """
     p = len(X)
-    G, FW, u = own.gram[p:-1, p:-1], own.gram[p:-1, :p], own.gram[p:-1, -1]
+    G, FW, u = products.gram[p:-1, p:-1], products.gram[p:-1, :p], products.gram[p:-1, -1]
     moves = FW @ moved
     V = noise * (G - moves - moves.T) + FW @ others @ FW.T
     values, vectors = np.linalg.eigh(V)
-    seen = values > _SHOWN * noise * np.trace(G)
-    if not seen.any():
+    nonzero = values > _SHOWN * noise * np.trace(G)
+    if not nonzero.any():
         return np.zeros(len(u))
-    whiten = (vectors[:, seen] / np.sqrt(values[seen])).T
-    left, N = whiten @ (u - FW @ X), whiten @ (G - moves)
+    whiten = (vectors[:, nonzero] / np.sqrt(values[nonzero])).T
+    residual, N = whiten @ (u - FW @ X), whiten @ (G - moves)
     sizes, fits = [], []
     for D in mixtures():
         directions, shown, _ = np.linalg.svd(N * np.sqrt(D))
         if not shown[0]:
-            continue  # a joint that stands has no friction
-        z2, shown = (directions.T @ left) ** 2, np.square(shown)
+            continue  # a joint at rest has no friction
+        z2, shown = (directions.T @ residual) ** 2, np.square(shown)
         spread = 1 + np.outer(_RATIOS, shown / shown[0])
         fits.append(-0.5 * np.sum(np.log(spread) + z2 / spread, axis=1))
         sizes.append(_RATIOS[:, None] / shown[0] * D)

@@ -1,4 +1,4 @@
-"""The torque error and the noise floor that results state first: those of joints in motion.
+"""The torque error and the noise floor of joints in motion, which results state first.
 
 At rest, static friction can take any value between its limits, so a model cannot predict it.
 """
@@ -17,7 +17,7 @@ from symgen.runtime.evaluator import Evaluator
 
 @dataclass(frozen=True)
 class MotionError:
-    """The torque error of joints in motion, and what noise alone leaves.
+    """The torque error of joints in motion and its noise floor.
 
     Attributes:
         error: ||measured - modelled|| / ||measured||, total and of each joint.
@@ -35,9 +35,9 @@ def motion_error(
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
-        logs: in the band of the run.
+        logs: the logs in the band of the run.
         X: parameters, (p,).
-        fit: of these parameters on these logs.
+        fit: torque fit of these parameters on these logs.
     """
     error = fit.in_motion.residual
     return MotionError(error, floor_below(noise_fit(evaluator, logs, X).residual, error))

@@ -1,11 +1,10 @@
-"""Playback: windows of a log, simulated from measured states under the measured torques.
+"""Playback: simulate windows of a log from measured states under the measured torques.
 
     M(q) qdd + h(q, qd) + A' f = tau_m(t) + kp (q_m - q) + kd (qd_m - qd)
 
 A window begins in the measured state. Without gains, the measured torque alone moves the robot.
-Torques are sampled 16 times a period of the highest frequency of the motion, joined by a cubic
-spline.
-The position is compared with the measured one after 0.2, 0.5 and 1 s.
+Torques are sampled 16 times in a period of the highest frequency of the motion and interpolated by
+a cubic spline. symgen compares the positions after 0.2, 0.5 and 1 s.
 """
 
 from __future__ import annotations
@@ -24,10 +23,10 @@ from symgen.estimation.values import FloatArray
 from symgen.robot.types import Robot
 from symgen.runtime.simulate import Law, require_friction, simulate_motion
 
-#: After which a position is compared, s.
+#: Times at which positions are compared, s.
 HORIZONS = (0.2, 0.5, 1.0)
-#: A position error above this multiple of the joint's range of motion counts as having run away,
-#: and as this much.
+#: A position error above this multiple of the joint's range of motion counts as divergence, and as
+#: this multiple.
 _AWAY = 10.0
 
 
@@ -36,10 +35,10 @@ class Horizon:
     """Position error of a simulated robot some time after the measured state.
 
     Attributes:
-        seconds: after the start of a window.
-        position_error: RMS over windows and joints of simulated minus measured position, over the
-            RMS of the distance that the joints moved. An error counts as ten times the range of
-            motion of its joint at most.
+        seconds: time after the start of a window.
+        position_error: RMS of simulated minus measured position over windows and joints, over the
+            RMS of the distance that the joints moved. An error is limited to ten times the range of
+            motion of its joint.
         spread: standard deviation of that over the windows.
         per_joint: (n,) RMS over windows, rad or m.
     """
@@ -52,12 +51,12 @@ class Horizon:
 
 @dataclass(frozen=True, eq=False)
 class Window:
-    """A part of a log that is simulated.
+    """A part of a log to simulate.
 
     Attributes:
-        log: which.
-        start: its first sample.
-        seconds: its length.
+        log: the log in the band of the run.
+        start: first sample of the window.
+        seconds: length of the window.
     """
 
     log: FilteredLog
@@ -70,17 +69,18 @@ class Window:
         return slice(self.start, self.start + round(self.seconds / self.log.step) + 1)
 
 
-#: kp and kd of the feedback to the measured motion, (n,) each.
+#: kp and kd of the feedback towards the measured motion, (n,) each.
 Gains = tuple[FloatArray, FloatArray]
 
 
-#: Returns the positions (K, n) of a robot at times (K,) s from a state q, qd (n,) at the first of
-#: them, under a law of the torque; NaN from where it leaves the bounds (n,) around its start.
+#: Returns the positions (K, n) of a robot at times (K,) s. Arguments: the state q, qd (n,) at the
+#: first time, the torque law, the times, and the bounds (n,) around the start. Positions are NaN
+#: once the robot leaves the bounds.
 Mover = Callable[[FloatArray, FloatArray, Law, FloatArray, FloatArray], FloatArray]
 
 
 def model_mover(model: Model, X: FloatArray) -> Mover:
-    """Return symgen's own simulation of a model with parameters X (p,) as a mover.
+    """Return a mover that simulates the model with parameters X (p,).
 
     Raises:
         ParameterError: friction is negative, so that a motion from rest is not determined.
@@ -105,11 +105,11 @@ def gains_of(robot: Robot) -> Gains | None:
 
 
 def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:
-    """Return windows of the longest horizon that fits, evenly over each log, clear of its mask.
+    """Return windows of the longest possible horizon, evenly over each log and free of masks.
 
     Args:
-        logs: in the band of the run.
-        most: windows of each log, at most.
+        logs: the logs in the band of the run.
+        most: maximum number of windows of each log.
     """
     for seconds in reversed(HORIZONS):
         out = [Window(log, k, seconds) for log in logs for k in _starts(log, seconds, most)]
@@ -120,10 +120,10 @@ def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:
 
 def _starts(log: FilteredLog, seconds: float, most: int) -> list[int]:
     rows = round(seconds / log.step)
-    whole = [(a, b) for a, b in spans(np.all(log.clear, axis=1)) if b - a > rows]
-    if not whole:
+    clear = [(a, b) for a, b in spans(np.all(log.clear, axis=1)) if b - a > rows]
+    if not clear:
         return []
-    every = np.concatenate([np.arange(a, b - rows) for a, b in whole])
+    every = np.concatenate([np.arange(a, b - rows) for a, b in clear])
     count = min(most, max(1, len(every) // rows))
     return [int(k) for k in every[np.linspace(0, len(every) - 1, count).astype(int)]]
 
@@ -137,8 +137,8 @@ def play(
     """Simulate windows; return the positions (windows, K, n), NaN where one diverges.
 
     Args:
-        mover: the robot.
-        windows: of one length, those of a log together.
+        mover: moves the robot.
+        windows: windows of one length, grouped by log.
         t: (K,) times after the start of each window, s; the first is 0.
         gains: kp and kd, (n,) each, of the feedback to the measured motion.
     """
@@ -154,7 +154,7 @@ def play(
 def at_nodes(log: FilteredLog, x: FloatArray) -> FloatArray:
     """Return a signal (N, c) of a log at its nodes, (K, c), below a quarter of their rate.
 
-    Steps of the torque where a joint reverses are above the cutoff of the motion.
+    The torque steps at joint reversals are above the cutoff of the motion.
     """
     cutoff = 0.25 / (log.stride * log.step)
     if log.stride > 1 and can_filter(cutoff, log.step):
@@ -163,7 +163,7 @@ def at_nodes(log: FilteredLog, x: FloatArray) -> FloatArray:
 
 
 def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
-    """Return the torque of a log as a law, with gains towards its measured motion."""
+    """Return the torque of a log as a law, with feedback towards its measured motion."""
     n, tau, times = log.q.shape[1], at_nodes(log, log.tau), log.t[:: log.stride]
     motion = log.nodes(log.stride) if gains else ()
     recorded, last = interpolated(times, np.concatenate([tau, *motion], axis=1)), times[-1]
@@ -179,9 +179,10 @@ def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
 
 
 def position_bounds(windows: Sequence[Window]) -> FloatArray:
-    """Return the distance from its start at which each joint counts as having run away, (n,).
+    """Return the distance from its start at which each joint counts as diverged, (n,).
 
-    That is ten times the range of the joint; a joint that never moves has a share of the largest.
+    It is ten times the range of the joint. A joint that never moves gets a share of the largest
+    distance.
     """
     logs = dict.fromkeys(w.log for w in windows)
     ranges = np.ptp(np.concatenate([log.q for log in logs]), axis=0)
@@ -194,8 +195,8 @@ def position_errors(
     """Return the errors over all windows by horizon, and the number of windows that diverged.
 
     Args:
-        windows: as given to `play`.
-        t: (K,) s.
+        windows: the windows of `play`.
+        t: (K,) times of `play`, s.
         moved: (windows, K, n) simulated positions.
     """
     far = position_bounds(windows)

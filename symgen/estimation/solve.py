@@ -1,4 +1,4 @@
-"""Weighted least squares from triangles, which every estimator shares, and its solution."""
+"""Weighted least squares from triangles, shared by all estimators, and its solution."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from symgen.estimation.summary import Summary, bounded_deviation, summaries, tri
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
-#: Singular values of the scaled regressor under this share of the largest are zero.
+#: Singular values of the scaled regressor below this share of the largest count as zero.
 SINGULAR = 1e-8
-_SHORTEST = 1e-9  # the same of a search, which asks for columns that may say the same
-#: In which the weights of logs follow their residuals.
+_SHORTEST = 1e-9  # the same for a search, which tests columns that may be dependent
+#: Passes in which the log weights follow the residuals.
 PASSES = 3
 #: X (p,), the norms of the columns (p,), and the factor R (p, p) of the scaled regressor.
 Merged = tuple[FloatArray, FloatArray, FloatArray]
-#: Share of a parameter in a combination that data leave open, up to which it is not part of it.
+#: A parameter with a smaller share than this in an undetermined combination is not part of it.
 _SHARE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What an estimator gives.
+    """The result of an estimator.
 
     Attributes:
         X: the parameters, (p,), in the units of the model.
         noise: covariance of X from noise, (p, p), robust to residuals that are correlated in time.
-        misfit: covariance of X from what the model misses, (p, p); 0 where nothing tells it.
-        condition_number: of the regressor with its columns scaled to unit norm.
-        weights: one a log, of its residuals (1/sigma).
-        notes: what was done, in words.
+        misfit: covariance of X from model misfit, (p, p); 0 if unknown.
+        condition_number: condition number of the regressor with columns scaled to unit norm.
+        weights: 1/sigma of the residuals, one a log.
+        notes: notes on the solution, as text.
         endogeneity: tests of whether least squares is biased.
         comparison: the same parameters by other methods.
     """
@@ -61,27 +61,23 @@ class Solution:
 
 
 def with_the_others_zero(part: Solution, kept: Sequence[int], p: int) -> Solution:
-    """Return the solution of some of p columns as one of all: the others are 0, without a std."""
+    """Return the solution of some of p columns as one of all; the others are 0, without a std."""
     X, parts = np.zeros(p), np.zeros((2, p, p))
     X[list(kept)] = part.X
-    for own, whole in zip((part.noise, part.misfit), parts, strict=True):
-        whole[np.ix_(kept, kept)] = own
+    for some, all_columns in zip((part.noise, part.misfit), parts, strict=True):
+        all_columns[np.ix_(kept, kept)] = some
     return replace(part, X=X, noise=parts[0], misfit=parts[1])
 
 
 def require_rows(system: LinearSystem) -> None:
-    """Refuse a system with no more equations than parameters.
-
-    Raises:
-        IdentificationError: it has too few.
-    """
+    """Raise IdentificationError if a system has no more equations than parameters."""
     rows, p = sum(len(e.y) for e in system.logs), len(system.names)
     if rows <= p:
         raise IdentificationError(f"{rows} equations for {p} parameters: the log is too short")
 
 
 def weighted_triangle(parts: Iterable[FloatArray], weights: FloatArray) -> FloatArray:
-    """Return the triangular factor of weighted rows, or of their factors; one weight a part."""
+    """Return the triangular factor of weighted rows or of their factors, one weight a part."""
     return triangle(np.concatenate([w * f for w, f in zip(weights, parts, strict=True)]))
 
 
@@ -91,7 +87,7 @@ def merged(parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, .
     Args:
         parts: rows of [W y], or their factors, each (k, p + 1).
         weights: one a part.
-        names: of the p columns of W.
+        names: names of the p columns of W.
 
     Returns:
         X (p,), the norms of the columns (p,), and the triangular factor R (p, p) of the scaled W.
@@ -99,28 +95,28 @@ def merged(parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, .
     Raises:
         IdentificationError: the data do not determine the parameters; the message says which.
     """
-    p, whole = len(names), weighted_triangle(parts, weights)
-    scale = column_norms(whole[:, :p])
-    R = whole[:p, :p] / scale
+    p, factor = len(names), weighted_triangle(parts, weights)
+    scale = column_norms(factor[:, :p])
+    R = factor[:p, :p] / scale
     lost = undetermined(R, names)
     if lost:
         raise IdentificationError(lost)
-    X: FloatArray = np.linalg.solve(R, whole[:p, p]) / scale
+    X: FloatArray = np.linalg.solve(R, factor[:p, p]) / scale
     return X, scale, R
 
 
 def log_weights(
     parts: Sequence[Summary], names: tuple[str, ...], passes: int = PASSES
 ) -> tuple[FloatArray, Merged]:
-    """Weigh each log by the standard deviation of its own residual, iterated.
+    """Return the log weights 1/sigma by iteration, with sigma the residual deviation of each log.
 
     Args:
-        parts: the summaries of the logs; gone through once a pass.
-        names: of the columns.
-        passes: how often the weights are taken anew; 0 for equal weights.
+        parts: the summaries of the logs; read once a pass.
+        names: names of the columns.
+        passes: number of updates of the weights; 0 for equal weights.
 
     Returns:
-        The weights (1/sigma, one a log), and what `merged` gives with them.
+        The weights (1/sigma, one a log), and the result of `merged` with them.
     """
     weights = np.ones(len(parts))
     solved = merged((s.factor for s in parts), weights, names)
@@ -133,7 +129,7 @@ def log_weights(
 def shortest(rows: FloatArray) -> FloatArray:
     """Solve least squares from rows of [W y], or triangles of them: the shortest solution, (p,).
 
-    Columns have unit norm for that: what the rows do not determine is zero.
+    Columns are scaled to unit norm first. Undetermined directions are zero.
 
     Args:
         rows: (k, p + 1).
@@ -147,18 +143,18 @@ def shortest(rows: FloatArray) -> FloatArray:
 
 
 def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:
-    """Return 1/sigma of what X leaves of each part; see `bounded_deviation`."""
+    """Return 1/sigma of the residual of each part; see `bounded_deviation`."""
     sigma = np.sqrt([s.rss(X) / max(s.rows, 1) for s in parts])
     return inverse_deviation(bounded_deviation(sigma, np.array([s.square for s in parts])))
 
 
 def inverse_deviation(sigma: FloatArray) -> FloatArray:
-    """Return 1/sigma, where no sigma counts as less than a millionth of the largest."""
+    """Return 1/sigma, with sigma at least a millionth of the largest."""
     return 1 / np.maximum(sigma, max(1e-6 * sigma.max(), 1e-300))
 
 
 def inverse_information(scale: FloatArray, R: FloatArray) -> FloatArray:
-    """Return (W'W)^-1 (p, p) of the norms of the columns of W and the factor R of the scaled W."""
+    """Return (W'W)^-1 (p, p) from the column norms of W and the factor R of the scaled W."""
     inverse: FloatArray = np.linalg.inv(R) / scale[:, None]
     return inverse @ inverse.T
 
@@ -170,8 +166,8 @@ def least_squares_solution(
 
     Args:
         parts: summaries of the logs.
-        weights: of the rows, one a log.
-        solved: what `merged` returns for them.
+        weights: weights of the rows, one a log.
+        solved: the result of `merged` with these weights.
         meat: their `summed_scores`, (p, p).
     """
     X, scale, R = solved
@@ -183,13 +179,13 @@ def least_squares_solution(
 def sum_of_scores(
     system: LinearSystem, parts: Sequence[Summary], weights: FloatArray, X: FloatArray
 ) -> FloatArray:
-    """Return `summed_scores` of weighted least squares, (p, p)."""
+    """Return the `summed_scores` of weighted least squares, (p, p)."""
     pairs = zip(weights, system.logs, strict=True)
     return summed_scores((scores(e, X, w) for w, e in pairs), parts)
 
 
 def weighted_least_squares(system: LinearSystem, passes: int = PASSES) -> Solution:
-    """Solve by QR of [W y], log by log, on whose factors the weights are iterated.
+    """Solve by QR of [W y], log by log; the weights are iterated on the factors.
 
     Raises:
         IdentificationError: the data do not determine the parameters.
@@ -206,7 +202,7 @@ def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
 
     Args:
         system: the equations.
-        weights: of the residuals, (K,) a log.
+        weights: weights of the residuals, (K,) a log.
 
     Raises:
         IdentificationError: the data do not determine the parameters.
@@ -228,11 +224,11 @@ def column_norms(R: FloatArray) -> FloatArray:
 
 
 def _null_space(R: FloatArray, noise: FloatArray) -> FloatArray:
-    """Return combinations of columns with no more effect than noise has, of unit norm, a row each.
+    """Return the combinations of columns that do not exceed noise, of unit norm, one a row.
 
     Args:
         R: triangular factor of columns of unit norm, (p, p).
-        noise: triangular factor of what noise makes of these columns, (p, p), not singular.
+        noise: triangular factor of the noise in these columns, (p, p), not singular.
     """
     _, singular, right = np.linalg.svd(R @ np.linalg.inv(noise))
     null = np.linalg.solve(noise, right[np.count_nonzero(singular > 1) :].T).T
@@ -240,11 +236,11 @@ def _null_space(R: FloatArray, noise: FloatArray) -> FloatArray:
 
 
 def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
-    """Return in words which parameters a scaled regressor does not determine, or ''.
+    """Return a text with the parameters that a scaled regressor does not determine, or ''.
 
     Args:
         R: triangular factor of the regressor with columns of unit norm, (p, p).
-        names: of its columns.
+        names: names of its columns.
     """
     _, singular, right = np.linalg.svd(R)
     null = right[np.count_nonzero(singular > SINGULAR * singular[0]) :]
@@ -260,11 +256,11 @@ def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
 
 
 class IdentifiableColumns(NamedTuple):
-    """Which parameters some equations show.
+    """The parameters that some equations determine.
 
     Attributes:
-        kept: places in X of columns that are independent of each other, those before going first.
-        known: of `kept`, those with no part in a combination that the equations leave open.
+        kept: indices in X of linearly independent columns; earlier columns have priority.
+        known: those of `kept` that take no part in an undetermined combination.
     """
 
     kept: list[int]
@@ -272,14 +268,14 @@ class IdentifiableColumns(NamedTuple):
 
 
 def identifiable_columns(W: FloatArray, noise: FloatArray | None = None) -> IdentifiableColumns:
-    """Return which columns of a regressor its rows determine; none where all are zero.
+    """Return the columns of a regressor that its rows determine; none if all are zero.
 
-    A combination v of columns of unit norm is determined where ||W v|| is above ||E v|| and above
-    1e-8 of ||v||: what rounding makes of it.
+    Columns have unit norm. A combination v is determined if ||W v|| exceeds both ||E v|| and 1e-8
+    ||v||, which is the effect of rounding.
 
     Args:
         W: (K, p).
-        noise: E (L, p), what noise makes of the columns; None where they are exact.
+        noise: E (L, p), the noise of the columns; None if they are exact.
     """
     R = triangle(W)
     norms = np.linalg.norm(R, axis=0)
@@ -290,8 +286,8 @@ def identifiable_columns(W: FloatArray, noise: FloatArray | None = None) -> Iden
     kept: list[int] = []
     for k in np.flatnonzero(R.any(axis=0)).tolist():
         tried = [*kept, k]
-        whole = R[:, tried] @ np.linalg.inv(triangle(E[:, tried]))
-        if np.linalg.svd(whole, compute_uv=False)[-1] > 1:
+        ratio = R[:, tried] @ np.linalg.inv(triangle(E[:, tried]))
+        if np.linalg.svd(ratio, compute_uv=False)[-1] > 1:
             kept.append(k)
     open_ = np.linalg.norm(_null_space(R, E), axis=0)
     return IdentifiableColumns(kept, [k for k in kept if open_[k] <= _SHARE])

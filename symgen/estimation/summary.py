@@ -1,16 +1,16 @@
-"""What equations leave behind for least squares: triangles by log and joint, products by block.
+"""Summaries of equations for least squares: triangles by log and joint, products by block of time.
 
     equations of a segment -> Summary (triangle R of [W y], rows)   -> merged by log and joint
     merged summaries      ->  weights, X                            (solve.log_weights)
     X, equations again    ->  sums of scores over `lag` rows        -> added up
     sums                  ->  covariance of X                       (covariance.sandwich)
 
-A log in memory is folded at once. One that is read segment by segment gives the same numbers, as
-its segments bring the rows before their own with them.
+A log in memory is summarised at once. A log that is read segment by segment gives the same numbers,
+because each segment contains the rows before it that its equations need.
 
-Blocks hold the products [W y]'[W y] of stretches of time, in which models and bands are compared: a
-fit without some blocks, its error on these, and how much estimates scatter from block to block
-follow from them without another look at the data.
+A block holds the products [W y]'[W y] of a stretch of time. Models and bands are compared on
+blocks. A fit without some blocks, its error on these, and the scatter of estimates from block to
+block follow from the products alone.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from symgen.errors import IdentificationError
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
 
-#: Bartlett's weights end after so many times the rows that overlap.
+#: Bartlett's weights end after this multiple of the number of overlapping rows.
 LAGS = 8
-#: Rows for each column from which a triangle is made by Cholesky's factor, and what its diagonal,
-#: of columns of unit norm, is at least for that.
+#: Rows per column from which Cholesky's factor gives the triangle, and the smallest diagonal of a
+#: triangle with columns of unit norm for which it does.
 _TALL, _DEPENDENT = 4, 1e-6
-#: Blocks of time of all training logs together, and contiguous folds of them.
+#: Blocks of time in all training logs, and contiguous folds of blocks.
 BLOCKS, FOLDS = 20, 5
 _ROUNDS = 2
 _RANK = 1e-13  # of an eigenvalue of the scaled matrix: 3e-7 of a singular value
@@ -38,7 +38,7 @@ _RANK = 1e-13  # of an eigenvalue of the scaled matrix: 3e-7 of a singular value
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """The equations of one joint of a log, or of some segments of it.
+    """The equations of one joint, in a log or in some of its segments.
 
     Attributes:
         factor: triangular R of [W y] = Q R, (k, p + 1) with k at most p + 1.
@@ -56,12 +56,12 @@ class Summary:
 
     @property
     def lag(self) -> int:
-        """Rows over which scores are summed."""
+        """Number of rows over which scores are summed."""
         return max(1, min(LAGS * self.correlation, self.rows // 4))
 
     @property
     def independent(self) -> float:
-        """Number of rows that share no samples, about."""
+        """Approximate number of rows that share no samples."""
         return self.rows / max(self.correlation, 1)
 
     @property
@@ -108,24 +108,25 @@ def merge_summaries(parts: Sequence[Summary]) -> Summary:
 def triangle(rows: FloatArray) -> FloatArray:
     """Return the triangular factor R of rows = Q R.
 
-    Many rows by Cholesky's factor of A'A, twice (Yamamoto, Nakatsukasa, Yanagisawa and Fukaya 2015,
-    "Roundoff error analysis of the CholeskyQR2 algorithm"): as exact as Householder's reflections
-    up to a condition number of some 1e7, above which these are taken, and several times as fast.
+    For many rows, R comes from Cholesky's factor of A'A, applied twice (Yamamoto, Nakatsukasa,
+    Yanagisawa and Fukaya 2015, "Roundoff error analysis of the CholeskyQR2 algorithm"). This is
+    several times as fast as Householder's reflections, and as exact up to a condition number of
+    about 1e7. Above that, Householder's reflections are used.
     """
     moved = nonzero_columns(rows)
     if len(moved) < rows.shape[1] <= len(rows):
         R = np.zeros((rows.shape[1],) * 2)
         R[np.ix_(moved, moved)] = triangle(rows[:, moved])
         return R
-    found = _cholesky_qr(rows) if len(rows) > _TALL * rows.shape[1] else None
-    return np.asarray(np.linalg.qr(rows, mode="r")) if found is None else found
+    factor = _cholesky_qr(rows) if len(rows) > _TALL * rows.shape[1] else None
+    return np.asarray(np.linalg.qr(rows, mode="r")) if factor is None else factor
 
 
 def _cholesky_qr(A: FloatArray) -> FloatArray | None:
-    """Return R by two rounds of Cholesky; None where the columns are too near to dependent."""
+    """Return R by two rounds of Cholesky; None if the columns are nearly dependent."""
     products = A.T @ A
     scale = np.sqrt(np.diag(products))
-    if not scale.all():  # columns so small that their squares are zero
+    if not scale.all():  # a column so small that its squares are zero
         return None
     try:
         first = np.linalg.cholesky(products / np.outer(scale, scale)).T
@@ -138,7 +139,7 @@ def _cholesky_qr(A: FloatArray) -> FloatArray | None:
 
 
 def nonzero_columns(rows: FloatArray) -> Places:
-    """Return the columns that are not zero: of one joint, many are."""
+    """Return the columns that are not zero: many are zero for one joint."""
     return np.flatnonzero(rows.any(axis=0))
 
 
@@ -163,10 +164,10 @@ class Blocks:
         return np.where(rms > 0, rms, 1.0)
 
     def fit(self, without: Sequence[int] | Places = ()) -> FloatArray:
-        """Solve weighted least squares, joints weighed by their residual, without some blocks.
+        """Solve weighted least squares without some blocks; joints are weighted by their residual.
 
         Returns:
-            X (p,); where the rows do not determine it, the shortest in units of the columns.
+            X (p,); the shortest solution in units of the columns if the rows do not determine it.
         """
         chosen = np.setdiff1d(np.arange(len(self.grams)), np.asarray(without, dtype=int))
         grams, rows = self.grams[chosen].sum(axis=0), self.rows[chosen].sum(axis=0)
@@ -175,23 +176,25 @@ class Blocks:
         X: FloatArray = np.zeros(grams.shape[-1] - 1)
         for _ in range(_ROUNDS):
             X = solve_gram(np.einsum("j,jab->ab", 1 / variance, grams))
-            left = residual_squares(grams, X) / np.maximum(rows, 1.0)
-            variance = bounded_deviation(np.maximum(left, 1e-12 * least), squares)
+            residual = residual_squares(grams, X) / np.maximum(rows, 1.0)
+            variance = bounded_deviation(np.maximum(residual, 1e-12 * least), squares)
         return X
 
     def errors(self, blocks: Sequence[int], X: FloatArray) -> FloatArray:
-        """Return the sum of squares that X leaves in some blocks, (m,)."""
+        """Return the sum of squared residuals in some blocks, (m,)."""
         return residual_squares(self.grams[list(blocks)].sum(axis=0), X)
 
 
 def bounded_deviation(sigma: FloatArray, squares: FloatArray) -> FloatArray:
-    """Return deviations (or variances) of equations, (m,), those without torque bounded below.
+    """Return deviations (or variances) of equations, (m,), with a lower bound for those without
+    torque.
 
-    X = 0 solves 0 = W X exactly: what a small X leaves of it says nothing of its noise, and a
-    weight from it would draw X to zero. It counts as no less than the median of the others.
+    X = 0 solves 0 = W X exactly. The small residual of such an equation is therefore no measure of
+    its noise, and a weight from it would draw X to zero. Its deviation is at least the median of
+    the others.
 
     Args:
-        sigma: (m,) of the residuals.
+        sigma: (m,) deviations of the residuals.
         squares: (m,) sums of the squares of y; 0 without torque.
     """
     silent = squares == 0
@@ -201,7 +204,7 @@ def bounded_deviation(sigma: FloatArray, squares: FloatArray) -> FloatArray:
 
 
 def solve_gram(gram: FloatArray) -> FloatArray:
-    """Solve least squares from [W y]'[W y]; what the rows do not determine is the shortest."""
+    """Solve least squares from [W y]'[W y]; the shortest solution if it is not unique."""
     scale = np.sqrt(np.maximum(np.diag(gram)[:-1], 0.0))
     scale = np.where(scale > 0, scale, 1.0)
     unit = gram[:-1, :-1] / np.outer(scale, scale)
@@ -218,19 +221,19 @@ def residual_squares(grams: FloatArray, X: FloatArray) -> FloatArray:
 
 
 def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Blocks:
-    """Summarise equations by blocks of the whole training time.
+    """Summarise equations by blocks of the total training time.
 
-    A row that begins in one block and ends in another belongs to none.
+    A row that begins in one block and ends in another is left out.
 
     Args:
-        logs: the equations of every log, joint by joint, rows in their order in time.
-        reach: time in s before its own that an equation reaches back.
+        logs: the equations of every log, joint by joint, rows in the order of time.
+        reach: time in s that an equation reaches back.
 
     Raises:
         IdentificationError: a log has no equation.
     """
     if not all(len(e.t) for log in logs for e in log):
-        raise IdentificationError("a log is too short: no equation is left of it")
+        raise IdentificationError("a log is too short for any equation")
     spans = [(min(e.t[0] for e in log), max(e.t[-1] for e in log)) for log in logs]
     total = sum(end - start for start, end in spans) or 1.0
     m, width = len(logs[0]), logs[0][0].W.shape[1] + 1
@@ -243,9 +246,9 @@ def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Bl
                 np.clip((x * BLOCKS).astype(int), 0, BLOCKS - 1)
                 for x in (place - reach / total, place)
             )
-            whole = np.column_stack([e.W, e.y])
+            rows = np.column_stack([e.W, e.y])
             for b in np.unique(last):
-                inside = whole[np.searchsorted(first, b) : np.searchsorted(last, b, side="right")]
+                inside = rows[np.searchsorted(first, b) : np.searchsorted(last, b, side="right")]
                 grams[b, j] += inside.T @ inside
                 count[b, j] += len(inside)
         before += end - start
@@ -253,13 +256,13 @@ def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Bl
 
 
 def block_errors(equations: Blocks, torques: Blocks) -> FloatArray:
-    """Return the squared error in torque of every block under the fit without its fold, (B, m).
+    """Return the squared torque error of every block under the fit without its fold, (B, m).
 
-    Each joint over its own measured torque; blocks without rows are 0.
+    The error of each joint is relative to its measured torque. Blocks without rows are 0.
 
     Args:
-        equations: that are fitted.
-        torques: summary of the torque equations, in which the error is taken.
+        equations: summary of the equations to fit.
+        torques: summary of the torque equations, which give the error.
     """
     measured = torques.grams[:, :, -1, -1].sum(axis=0)
     share = 1 / np.where(measured > 0, measured, np.inf)
@@ -272,5 +275,5 @@ def block_errors(equations: Blocks, torques: Blocks) -> FloatArray:
 
 
 def held_out_error(errors: FloatArray) -> float:
-    """Return what `block_errors` come to: root mean square over the joints."""
+    """Return the root mean square of `block_errors` over the joints."""
     return float(np.sqrt(errors.sum() / errors.shape[1]))

@@ -12,8 +12,8 @@ with p and dL/dq the columns of the momentum regressor and F those of friction t
 accelerations. Torque, n equations an instant: tau = W X, both sides through the low-pass of the
 comparison band (Gautier's parallel filter).
 
-Models are evaluated chunk by chunk at the nodes of a log, which lie as close as its band asks for;
-what is kept are the rows that an estimator needs, some tens a second.
+Models are evaluated chunk by chunk at the nodes of a log. The band determines the spacing of the
+nodes. Only the rows that an estimator needs are kept, some tens a second.
 """
 
 from __future__ import annotations
@@ -39,14 +39,12 @@ from symgen.runtime.evaluator import Evaluator
 class Equations:
     """Equations of one log: W (K, p), y (K,), t (K,) end of each window (or the sample) in s.
 
-    `correlation` is the number of rows that share samples: overlapping windows; 0 for rows that are
-    no series at all, as still poses are. `joint` is the
-    position of the joint whose equations these are, None for energy. y is in J, N m s or N m.
-    `Z` are instruments, (K, p): the same rows along a motion that is free of the noise in W.
-    `rest` (K,) tells which rows the joint's rests concern, and `rest_weight` what their W and y
-    were multiplied by.
-    `features` are random functions of the state along the same rows, (K, m), see `features.py`;
-    None where nothing asks for what the model misses.
+    `correlation` is the number of rows that share samples (overlapping windows). It is 0 for rows
+    that are no time series, such as static poses. `joint` is the position of the joint, None for
+    energy. y is in J, N m s or N m. `Z` are instruments, (K, p): the same rows along a motion
+    without the noise in W. `rest` (K,) marks the rows that a rest of the joint affects. Their W and
+    y are multiplied by `rest_weight`. `features` are random functions of the state along the same
+    rows, (K, m), see `features.py`; None if the misfit is not estimated.
     """
 
     name: str
@@ -76,7 +74,7 @@ class Equations:
 
     @property
     def scale(self) -> FloatArray:
-        """What W and y of each row are multiplied by, (K,)."""
+        """Factors of W and y in each row, (K,)."""
         if self.rest is None:
             return np.ones(len(self.y))
         return np.where(self.rest, self.rest_weight, 1.0)
@@ -89,7 +87,7 @@ class Equations:
         return replace(self.weighed(change), rest_weight=weight)
 
     def where(self, chosen: Bools | slice) -> Equations:
-        """Return some of the equations."""
+        """Return the chosen rows."""
         some: dict[str, Any] = {}
         for key in ("W", "y", "t", "Z", "rest", "features"):
             rows = getattr(self, key)
@@ -110,7 +108,7 @@ class Equations:
 
 @dataclass(frozen=True, eq=False)
 class LinearSystem:
-    """What an estimator takes: the equations of every log, and the names of the columns."""
+    """The equations of every log and the names of the columns, as an estimator takes them."""
 
     names: tuple[str, ...]
     logs: tuple[Equations, ...]
@@ -144,21 +142,21 @@ def joint_equations(
     """Return equations from their rows, joint by joint.
 
     Args:
-        log: whose they are.
+        log: the log of the rows.
         W: (m, K, p).
         y: (K, m).
-        t: (K,) their times.
+        t: (K,) times of the rows, s.
         correlation: rows that share samples.
         features: (m, K, f) random functions of the state, or None.
-        rests: (K, m) which rows a rest of their joint concerns; None for none.
-        free: (K, m) which rows no mask touches; None for all.
+        rests: (K, m) rows that a rest of their joint affects; None for none.
+        free: (K, m) rows that no mask touches; None for all.
     """
     out = []
     for j, torque in enumerate(y.T):
-        own = None if features is None else features[j]
-        e = Equations(log.name, np.ascontiguousarray(W[j]), torque, t, correlation, j, features=own)
+        F = None if features is None else features[j]
+        e = Equations(log.name, np.ascontiguousarray(W[j]), torque, t, correlation, j, features=F)
         if rests is not None and rests[:, j].any():
-            assert log.band.rests is not None  # there are rests
+            assert log.band.rests is not None  # None only if no joint rests
             e = replace(e, rest=rests[:, j]).with_rest_weight(log.band.rests.weight[j])
         out.append(e if free is None else e.where(free[:, j]))
     return tuple(out)
@@ -167,7 +165,7 @@ def joint_equations(
 def _energy_terms(
     evaluator: Evaluator, q: FloatArray, qd: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the columns of energy, (K, 1, p_inertial), and of the power of friction, (K, 1, p)."""
+    """Return the columns of energy, (K, 1, p_inertial), and of friction power, (K, 1, p)."""
     h = evaluator.energy_regressor(q, qd)
     power = np.column_stack([np.zeros_like(h), evaluator.friction_power(q, qd)])
     return h[:, None], power[:, None]
@@ -176,7 +174,7 @@ def _energy_terms(
 def _momentum_terms(
     evaluator: Evaluator, q: FloatArray, qd: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the columns of momentum, (K, n, p_inertial), and of what changes it, (K, n, p)."""
+    """Return the columns of momentum, (K, n, p_inertial), and of its rate of change, (K, n, p)."""
     momentum, slope = evaluator["momentum_regressor"](q, qd)
     rates = -slope
     if evaluator.has("friction_torque"):
@@ -185,7 +183,7 @@ def _momentum_terms(
 
 
 def _untouched(flags: Bools, first: Places, last: Places) -> Bools:
-    """Return which windows (K, m) hold no flagged sample, of flags (N, m)."""
+    """Return which windows (K, m) contain no flagged sample, for flags (N, m)."""
     return np.column_stack([untouched(column, first, last) for column in flags.T])
 
 
@@ -196,14 +194,15 @@ def window_equations(
     window: float,
     features: Features | None = None,
 ) -> tuple[Equations, ...]:
-    """Build the equations of one log in sliding windows: one of energy, or those of every joint.
+    """Build the equations of one log in sliding windows: one energy equation, or one for each
+    joint.
 
     Args:
         evaluator: the compiled model.
         log: the log in the band of the run.
         model: energy or momentum.
         window: length of the windows, s.
-        features: random functions of the state, whose rows the equations carry.
+        features: random functions of the state for the model misfit.
 
     Raises:
         IdentificationError: the window does not fit the log.
@@ -231,8 +230,10 @@ def window_equations(
     if log.mask is not None:
         masked = log.mask.robot[:, None] if energy else log.mask.joint
         free = _untouched(masked, first, last)
-    found = joint_equations(log, rows[:, :, :p], y, log.t[last], w.correlation, F, resting, free)
-    return tuple(replace(e, joint=None) for e in found) if energy else found
+    equations = joint_equations(
+        log, rows[:, :, :p], y, log.t[last], w.correlation, F, resting, free
+    )
+    return tuple(replace(e, joint=None) for e in equations) if energy else equations
 
 
 def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> FloatArray:
@@ -240,8 +241,8 @@ def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> Float
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
-        X: parameters.
-        motion: as in `FilteredLog.motion`, k states.
+        X: (p,) parameters.
+        motion: the arrays of `FilteredLog.motion`, k states.
     """
     joints, base = motion[:3], motion[3:]
     return np.asarray(evaluator["inverse_dynamics"](*joints, X, *base))
@@ -252,14 +253,14 @@ def torque_columns(
 ) -> FloatArray:
     """Return the regressor W with tau = W X, (N, n, p).
 
-    Effects that hold the model's torque have no column of their own: theirs is taken at given
-    parameters, as the change of torque with their coefficient. At the X that solves the equations
-    the whole is exact.
+    Effects that use the model's torque have no fixed column. symgen takes the derivative of the
+    torque with respect to their coefficient at the given X. At the solution X the regressor is
+    exact.
 
     Args:
         evaluator: the compiled model, with torque_regressor, and inverse_dynamics for such effects.
-        motion: as in `FilteredLog.motion`, N samples.
-        X: (p,) at which the model's torque is taken; None leaves these columns away.
+        motion: the arrays of `FilteredLog.motion`, N samples.
+        X: (p,) at which the model's torque is taken; None leaves out these columns.
     """
     W: FloatArray = evaluator["torque_regressor"](*motion)
     base = evaluator.model.base
@@ -275,12 +276,12 @@ def torque_columns(
 def torque_rows(evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = None) -> FloatArray:
     """Return the torque regressor of a log in the comparison band, (K, n, p); see `log.measured`.
 
-    What is zero for every motion is not filtered.
+    Columns that are zero for every motion are not filtered.
 
     Args:
         evaluator: the compiled model, with the kernel torque_regressor.
         log: the log in the band of the run.
-        X: (p,) at which effects take the model's torque, see `torque_columns`.
+        X: (p,) at which effects use the model's torque, see `torque_columns`.
     """
     base = evaluator.model.base
     if log.mask is not None or (X is not None and base.linear < len(base.parameters)):
@@ -307,8 +308,8 @@ def torque_equations(
 
     Args:
         evaluator, log, X: see `torque_rows`.
-        features: random functions of the state, whose rows the equations carry.
-        measured: `log.measured`, (K, n), where it is known from another cutoff.
+        features: random functions of the state for the model misfit.
+        measured: `log.measured`, (K, n), if already known from another cutoff.
     """
     y = log.measured if measured is None else measured
     W = torque_rows(evaluator, log, X).transpose(1, 0, 2)

@@ -22,10 +22,10 @@ from symgen.estimation.system import Equations, torque_at
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.runtime.evaluator import Evaluator
 
-#: An error above which its digits say nothing.
+#: Errors above this ratio have no meaningful digits.
 MANY = 10.0
-#: Percent that are written as whole numbers; below, three digits are.
-_WHOLE = 99.95
+#: Percentages from here on are whole numbers; smaller ones have three digits.
+_WHOLE_PERCENT = 99.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,6 @@ class TorqueFit:
     rest: FloatArray
 
     def __add__(self, other: TorqueFit) -> TorqueFit:
-        """Return the fit of both."""
         traces, rest = self.traces + other.traces, self.rest + other.rest
         return TorqueFit(self.error + other.error, self.size + other.size, traces, rest)
 
@@ -56,7 +55,9 @@ class TorqueFit:
 
     @property
     def in_motion(self) -> TorqueFit:
-        """The fit of joints in motion, of all if none moves: static friction can take any value."""
+        """The fit of joints in motion; of all joints if none moves. Static friction can take any
+        value.
+        """
         error, size = self.error - self.rest[0], self.size - self.rest[1]
         if not size.any():
             return self
@@ -68,7 +69,7 @@ class TorqueFit:
         return relative_error(self.error, self.size)
 
     @property
-    def told_apart(self) -> tuple[str, ...]:
+    def motion_note(self) -> tuple[str, ...]:
         """A text with the errors of joints in motion and at rest; empty if none rests."""
         if not self.rest.any():
             return ()
@@ -86,7 +87,7 @@ def percent(ratio: float) -> str:
     if ratio > MANY:
         return "over 1000 %"
     value = 100 * ratio + 0.0
-    return f"{value:.0f} %" if abs(value) >= _WHOLE else f"{value:#.3g} %"
+    return f"{value:.0f} %" if abs(value) >= _WHOLE_PERCENT else f"{value:#.3g} %"
 
 
 def largest(
@@ -106,25 +107,27 @@ def largest(
 
 
 def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -> Residual:
-    """Return ||error|| / ||size||, total and by joint; of all where a joint has no torque.
+    """Return ||error|| / ||size||, total and by joint; relative to all joints for one without
+    torque.
 
     Args:
         error, size: (m,) sums of squares.
-        by_joint: whether the sums belong to joints.
+        by_joint: whether there is one sum for each joint.
     """
-    whole = max(float(size.sum()), 1e-300)
-    total = math.sqrt(float(error.sum()) / whole)
-    each = np.sqrt(error / np.where(size > 0, size, whole))
+    total_size = max(float(size.sum()), 1e-300)
+    total = math.sqrt(float(error.sum()) / total_size)
+    each = np.sqrt(error / np.where(size > 0, size, total_size))
     return Residual(total, tuple(map(float, each)) if by_joint else None)
 
 
 def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Residual:
     """Return ||y - W X|| / ||y|| of equations or their summaries, total and by joint."""
-    found = [(part.joint, part.rss(X), part.square) for part in parts]  # once: parts may be files
-    sums = np.zeros((2, 1 + max(joint or 0 for joint, _, _ in found)))
-    for joint, error, size in found:
+    # only once, since parts may be files
+    residuals = [(part.joint, part.rss(X), part.square) for part in parts]
+    sums = np.zeros((2, 1 + max(joint or 0 for joint, _, _ in residuals)))
+    for joint, error, size in residuals:
         sums[:, joint or 0] += error, size
-    return relative_error(sums[0], sums[1], found[0][0] is not None)
+    return relative_error(sums[0], sums[1], residuals[0][0] is not None)
 
 
 def modelled_torque(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray:

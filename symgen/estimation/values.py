@@ -12,21 +12,21 @@ import numpy as np
 from symgen.data.raw import FloatArray as FloatArray
 from symgen.schemas import BESIDE, OrNan, at
 
-#: Of every draw of random numbers.
+#: Seed of all random draws.
 SEED = 1988
-#: Curves stand beside an estimate.json, not in it.
+#: Arrays that are not stored in estimate.json itself.
 Curve = Annotated[FloatArray, BESIDE]
 
 
 @dataclass(frozen=True)
 class Reason:
-    """Why something is not as it should be: programs read kind, people read text.
+    """A reason for a verdict or a note: programs read kind, people read text.
 
     Attributes:
         kind: a word from a fixed list, such as "drive_gain_error" or "overfit".
-        joints: their numbers in the robot file; empty for all, or where it concerns none.
-        value: what was measured, NaN where nothing is.
-        limit: what it is compared with, NaN where nothing is.
+        joints: joint numbers of the robot file; empty for all, or if it concerns none.
+        value: the measured value, NaN if there is none.
+        limit: the limit of the value, NaN if there is none.
         text: one sentence, with the joints' names and what to do.
     """
 
@@ -78,7 +78,7 @@ class Endogeneity:
         columns: the tested columns: "all", "inertial" or "friction".
         statistic: F of the hypothesis that least squares is consistent.
         df: degrees of freedom of numerator and denominator.
-        p_value: probability of a larger F if it is.
+        p_value: probability of a larger F if least squares is consistent.
     """
 
     columns: str
@@ -88,7 +88,7 @@ class Endogeneity:
 
 
 class OtherValue(NamedTuple):
-    """A parameter by another method."""
+    """A parameter estimate of another method."""
 
     name: str
     value: float
@@ -97,7 +97,7 @@ class OtherValue(NamedTuple):
 
 @dataclass(frozen=True)
 class OtherEstimate:
-    """Parameters by another method or from a prior, as far as it determines them."""
+    """Parameters from another method or a prior, as far as it determines them."""
 
     method: str
     parameters: tuple[OtherValue, ...]
@@ -116,7 +116,7 @@ class OtherEstimate:
 
     @property
     def X(self) -> FloatArray:
-        """The values, in their order."""
+        """The values, in the order of the names."""
         return np.array([p.value for p in self.parameters])
 
     @property

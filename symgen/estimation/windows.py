@@ -1,4 +1,4 @@
-"""Sliding windows of a log: where they end, in nodes, and which chunks of nodes they need."""
+"""Sliding windows of a log: their ends in nodes, and the chunks of nodes that they need."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from symgen.estimation.values import FloatArray
 #: From q, qd (k, n) to functions of the state (k, m, a) and rates (k, m, c).
 Terms = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 _OVERLAP = 10
-_FINE = 20  # nodes of a window, at least, where the log has so many
+_FINE = 20  # minimum number of nodes of a window, if the log has enough
 
 
 @dataclass(frozen=True)
@@ -36,11 +36,13 @@ class Windows:
 
     @property
     def correlation(self) -> int:
-        """Windows that share samples."""
+        """Number of windows that share samples."""
         return max(1, self.steps // self.hop)
 
     def spans(self, samples: int) -> tuple[Places, Places]:
-        """Return the samples at which windows of a log of so many begin and end, (K,) each."""
+        """Return the first and last samples of the windows of a log of `samples` samples, (K,)
+        each.
+        """
         last = np.arange(self.steps, -(-samples // self.stride), self.hop)
         return (last - self.steps) * self.stride, last * self.stride
 
@@ -61,12 +63,12 @@ def place_windows(log: FilteredLog, window: float) -> Windows:
 
 
 def windows(step: float, stride: int, window: float) -> Windows:
-    """Place windows, which end at every tenth part of their length.
+    """Place windows, with ends spaced by a tenth of their length.
 
     Args:
-        step: of the log, s.
-        stride: samples from node to node, at most.
-        window: their length, s.
+        step: sampling step of the log, s.
+        stride: maximum number of samples from node to node.
+        window: length of the windows, s.
     """
     steps = max(1, round(window / step))
     stride = min(stride, max(1, steps // _FINE))
@@ -75,15 +77,15 @@ def windows(step: float, stride: int, window: float) -> Windows:
 
 
 def window_rows(terms: Terms, q: FloatArray, qd: FloatArray, w: Windows, step: float) -> FloatArray:
-    """Return the change of some functions of a motion over windows, and integrals, (m, K, c).
+    """Return the changes of functions of a motion over windows plus integrals, (m, K, c).
 
-        s(t2) - s(t1) + integral r dt,    with a columns of s added to the first ones of r
+        s(t2) - s(t1) + integral r dt,    with the a columns of s added to the first a of r
 
     Args:
-        terms: from q, qd (k, n) to s (k, m, a) and r (k, m, c).
-        q, qd: (nodes, n) of a log.
-        w: its windows.
-        step: of the log, s.
+        terms: function from q, qd (k, n) to s (k, m, a) and r (k, m, c).
+        q, qd: (nodes, n) motion of a log.
+        w: the windows of the log.
+        step: sampling step, s.
     """
     parts = []
     for ends in _chunks(len(q), w.steps, w.hop):
@@ -97,8 +99,8 @@ def window_rows(terms: Terms, q: FloatArray, qd: FloatArray, w: Windows, step: f
 
 
 def _chunks(nodes: int, steps: int, hop: int) -> Iterator[Places]:
-    """Yield the ends of some windows, numbers of nodes."""
+    """Yield the window ends chunk by chunk, as node numbers."""
     last = np.arange(steps, nodes, hop)
-    together = max(1, max(BLOCK, 2 * steps) // hop)
-    for first in range(0, len(last), together):
-        yield last[first : first + together]
+    count = max(1, max(BLOCK, 2 * steps) // hop)
+    for first in range(0, len(last), count):
+        yield last[first : first + count]

@@ -1,4 +1,4 @@
-"""Limits of a motion: the allowed ranges, the share that a trajectory uses, motions within them.
+"""Limits of a motion: allowed ranges, the used share of each limit, and motions within the limits.
 
 A cell is a floor and boxes that link frames and the tool must avoid. The clearance of a point x is
 its height above the floor, and its distance from a box: Euclidean outside, negative depth inside,
@@ -27,23 +27,24 @@ FINE = 1e-3
 #: A limit binds if a motion uses at least this share of it.
 BINDING = 0.97
 KEYS = ("position", "velocity", "acceleration", "jerk")
-#: Kinds of use that are those of a cell, and the kernel that they need.
+#: Limits of a cell, and the kernel that they need.
 CELL, FRAMES = ("floor", "box"), "frames"
-_STILL = 1e-9  # m: what moves less is part of the base
-#: Share of a limit that may be used at the checked times, so that it holds between them too.
+_STILL = 1e-9  # m: points that move less are part of the base
+#: Share of a limit that may be used at the checked times, so that the limit also holds between
+#: them.
 _INSIDE = 0.9995
 
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """Limits of the movable joints: rad or m, and per s, s2, s3; N m or N; infinite for none.
+    """Limits of the movable joints in rad or m, per s, s2, s3, and in N m or N; infinite for none.
 
     Attributes:
         low: (n,) lowest positions.
         high: (n,) highest positions.
-        rates: (3, n) of speed, acceleration and jerk.
-        torque: (n,) of the torque of the prior model.
-        numbers: (n,) of the joints in the robot's file.
+        rates: (3, n) limits of speed, acceleration and jerk.
+        torque: (n,) limits of the torque of the prior model.
+        numbers: (n,) joint numbers in the robot file.
     """
 
     low: FloatArray
@@ -88,7 +89,7 @@ class Bounds:
 class LimitUse:
     """The largest use of a limit by a motion: the share is 1 at the limit.
 
-    `joint` is the joint's number in the robot's file.
+    `joint` is the joint number in the robot file.
     """
 
     limit: str
@@ -135,10 +136,10 @@ def bounds(robot: Robot) -> Bounds:
     return Bounds(low, high, np.array(tops[1:4]), tops[4], numbers)
 
 
-def worst(found: Iterable[LimitUse]) -> tuple[LimitUse, ...]:
+def largest_uses(uses: Iterable[LimitUse]) -> tuple[LimitUse, ...]:
     """Return the largest use of every limit of every joint over several runs."""
     out: dict[tuple[str, int], LimitUse] = {}
-    for use in found:
+    for use in uses:
         key = use.limit, use.joint
         out[key] = max(out.get(key, use), use, key=lambda u: u.share)
     return tuple(out.values())
@@ -159,7 +160,7 @@ class Cell:
 
     @cached_property
     def moving(self) -> Places:
-        """The points that are no part of the base."""
+        """The points that are not part of the base."""
         q = np.random.default_rng(0).normal(size=(8, self.evaluator.model.robot.n))
         return np.flatnonzero(np.ptp(self.points(q), axis=0).max(axis=1) > _STILL)
 
@@ -191,14 +192,14 @@ class Cell:
 class Space:
     """The motions of one run from rest to rest, with coefficients z (n, m).
 
-    Joint j moves as q(t) = q(0) + (B(t) - B(0)) P z_j. P is a basis of the coefficients with ends
-    at rest, without the constant function. Its columns have like speeds.
+    Joint j moves as q(t) = q(0) + (B(t) - B(0)) P z_j. P is a basis of the coefficients of motions
+    from rest to rest, without the constant function. Its columns have similar speeds.
 
     Attributes:
         series: B, the functions of time.
         P: (2 terms + 1, m), see above.
         limits: limits of position, speed, acceleration and jerk.
-        start: start position, (n,); None if free: the middle of a motion is then that of the
+        start: start position, (n,); None if free. The middle of a motion is then that of the
             limits.
     """
 
@@ -224,14 +225,14 @@ class Space:
         return np.asarray(out)
 
     def trajectory(self, z: FloatArray, sampled: FloatArray) -> Trajectory:
-        """Return the run of z."""
+        """Return the run with the coefficients z."""
         begins, coefficients = self._begins(sampled[0] @ z.T), z @ self.P.T
         moved = self.series.matrix(np.zeros(1)) @ coefficients.T
         coefficients[:, 0] += begins - moved[0]
         return Trajectory(self.series, coefficients)
 
     def _begins(self, x: FloatArray) -> FloatArray:
-        """Return q(0), (n,), of positions relative to it, (N, n)."""
+        """Return q(0), (n,), for positions relative to it, (N, n)."""
         if self.start is not None:
             return self.start
         return np.asarray(self.limits.centre - (x.max(axis=0) + x.min(axis=0)) / 2)
@@ -247,7 +248,7 @@ class Space:
         x, bounds = sampled @ z.T, self.limits
         begins = self._begins(x[0])
         low, high = bounds.low - begins, bounds.high - begins
-        if self.start is None:  # the middle stays where it is
+        if self.start is None:  # the middle stays in place
             x[0] += begins - bounds.centre
             low, high = -bounds.half, bounds.half
         rates = np.abs(x[1:]).max(axis=1) / bounds.rates
@@ -266,7 +267,7 @@ def space(series: Fourier, limits: Bounds, start: FloatArray | None = None) -> S
         start: start position, (n,); None if free.
     """
     speed = np.sqrt(np.mean(series.matrix(np.linspace(0, series.duration, 200), 1) ** 2, axis=0))
-    size = 1 / np.where(speed > 0, speed, speed.max())  # of coefficients for a speed of 1
+    size = 1 / np.where(speed > 0, speed, speed.max())  # coefficients for a speed of 1
     at_rest = [series.matrix(np.zeros(1), order) * size for order in (1, 2)]
     conditions = np.concatenate([*at_rest, np.eye(1, len(size))])
     null = np.linalg.qr(conditions.T, mode="complete")[0][:, len(conditions) :]

@@ -1,7 +1,7 @@
 """excite: find motions within limits from which the parameters of a robot can be identified.
 
-The search maximizes the precision of the parameters that noisy logs of the motion give (Swevers et
-al. 1997). A condition number would not do: its columns have unit norm, so a slow motion in which
+The search maximises the precision of the parameters that noisy logs of the motion give (Swevers et
+al. 1997). A condition number is not suitable: its columns have unit norm, so a slow motion in which
 noise dominates counts as much as a fast one.
 """
 
@@ -32,8 +32,8 @@ from symgen.experiment.bounds import (
     Cell,
     LimitUse,
     bounds,
+    largest_uses,
     space,
-    worst,
 )
 from symgen.experiment.plan import Plan, binding_text, geometric_mean
 from symgen.experiment.search import SHRUNK, Clock, MotionCandidate, Objective, grid, largest_share
@@ -47,20 +47,21 @@ from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
 
-#: Condition number above which runs determine nothing: refused.
+#: Runs with a larger condition number are refused.
 SINGULAR = 1e5
-_USUAL = 10.0  # s, the shortest run that is chosen without being asked for
+_USUAL = 10.0  # s, shortest duration by default
 _MODELS = tuple(NEEDED)
-_ROWS = 4  # equations for each parameter in the search, at least
+_ROWS = 4  # minimum number of equations for each parameter in the search
 _VISIBLE = 0.01  # share of a torque limit: default noise, and torque of a parameter that matters
-#: Duration of the approach, over the way at the allowed speed: a tenth of that speed is the peak,
-#: 1.875 times the mean, of a motion of degree five from rest to rest.
+#: Duration of the approach, over the distance at the allowed speed. A motion of degree five from
+#: rest to rest has a peak speed of 1.875 times its mean. The peak is a tenth of the allowed speed.
 _APPROACH = 18.75
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Number, duration and start of the runs of an excitation, Fourier series of every joint.
+    """Number, duration and start of the runs of an excitation, with a Fourier series for every
+    joint.
 
     Attributes:
         duration: duration of each run in s. None means at least 10 s, and long enough for
@@ -92,7 +93,7 @@ class Search:
     Attributes:
         budget: time limit, s. The search then stops and keeps its best result.
         searches: number of random starts to improve.
-        iterations: largest number of motions that each search tries.
+        iterations: maximum number of motions that each search tries.
         seed: seed of the random starts. The same seed gives the same runs, unless the time limit
             ends the search.
 
@@ -123,7 +124,7 @@ def _require_count(what: str, count: int) -> None:
 
 
 def condition_number(W: FloatArray) -> float:
-    """Return the condition number of W (K, p), its columns scaled to unit norm; inf if singular."""
+    """Return the condition number of W (K, p) with columns scaled to unit norm; inf if singular."""
     norms = np.linalg.norm(W, axis=0)
     if len(W) < W.shape[1] or not norms.all():
         return math.inf
@@ -132,7 +133,7 @@ def condition_number(W: FloatArray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Checked:
-    """A motion of all runs, with its largest use of each limit, every millisecond."""
+    """A motion of all runs, with its largest use of each limit, checked every millisecond."""
 
     runs: tuple[Trajectory, ...]
     uses: tuple[LimitUse, ...]
@@ -141,7 +142,7 @@ class Checked:
 def _equations(
     evaluator: Evaluator, model: EquationModel, runs: Sequence[Trajectory], rate: float
 ) -> list[Equations]:
-    """Return the equations that identify would build from runs that are sampled at a rate in Hz.
+    """Return the equations that identify would build from runs sampled at `rate` Hz.
 
     Raises:
         IdentificationError: a window does not fit a run.
@@ -162,21 +163,21 @@ def _checked(objective: Objective, best: MotionCandidate) -> Checked:
     runs: list[Trajectory] = []
     uses: list[LimitUse] = []
     for run in best.runs:
-        found = fine.fitted(run.z)
-        runs.append(fine.space.trajectory(found.z, fine.sampled))
-        uses += [*fine.limits.uses(found.motion), *fine.uses(found.motion)]
-    return Checked(tuple(runs), worst(uses))
+        fitted = fine.fitted(run.z)
+        runs.append(fine.space.trajectory(fitted.z, fine.sampled))
+        uses += [*fine.limits.uses(fitted.motion), *fine.uses(fitted.motion)]
+    return Checked(tuple(runs), largest_uses(uses))
 
 
 def _scale(objective: Objective, torque: FloatArray) -> FloatArray:
-    """Return the value of each parameter that its standard deviation is compared with, (p,).
+    """Return the reference value of each parameter for its standard deviation, (p,).
 
     It is the value that alone causes 1 % of a joint's torque limit, or the value in the prior
     model if that is larger.
 
     Args:
-        objective: with the limits and the prior model.
-        torque: RMS torque that each parameter causes with a value of 1, (n, p).
+        objective: its limits and prior model are used.
+        torque: RMS torque of each parameter with a value of 1, (n, p).
     """
     shares = (torque / _visible(objective.limits)[:, None]).max(axis=0)
     small = 1 / np.maximum(shares, np.finfo(float).tiny)
@@ -212,7 +213,7 @@ def excite(
             the torque limits; 1 N m (or N) for joints without a torque limit.
         window: length of the windows of energy and momentum, s.
         progress: called with a text about the current step.
-        meter: called with the part that is done, from 0 to 1.
+        meter: called with the finished part, from 0 to 1.
 
     Returns:
         The runs, which keep every limit at every millisecond. The condition numbers are those of
@@ -230,10 +231,10 @@ def excite(
     source = read_robot(robot).at_rest()
     require_gravity(source, "an excitation")
     require_model(source, model)
-    given = limits or Limits()
-    source = replace(source, limits=given.over(source.limits))
+    passed = limits or Limits()
+    source = replace(source, limits=passed.over(source.limits))
     allowed = bounds(source)
-    notes = _require_prior(parameters, allowed, asked=given.torque is not None)
+    notes = _require_prior(parameters, allowed, requested=passed.torque is not None)
     progress("deriving and compiling the model")
     fence = source.limits if source.limits is not None and source.limits.cell else None
     every = [EquationModel(name, window) for name in _MODELS]
@@ -255,11 +256,11 @@ def excite(
         choices, grid(choices, enough), motion.runs,
     )  # fmt: skip
     clock = Clock(search.budget)
-    reached: list[tuple[MotionCandidate, MotionCandidate]] = []  # where searches begin and end
+    reached: list[tuple[MotionCandidate, MotionCandidate]] = []  # start and result of each search
     ended = 0
     with clock.listening():
         for k in range(search.searches):
-            if k and clock.left <= 0:
+            if k and clock.remaining <= 0:
                 break
             draw = np.random.default_rng([search.seed, k])
             first = objective.drawn(draw)
@@ -267,7 +268,7 @@ def excite(
                 scale = _scale(objective, objective.torque(first))
             progress(f"{clock.elapsed:5.1f} s  search {k + 1}: begins at {_text(first, scale)}")
             last = objective.improved(first, draw, search.iterations, clock)
-            ended += clock.left > 0
+            ended += clock.remaining > 0
             reached.append((first, last))
             meter((k + 1) / search.searches)
             progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {_text(last, scale)}")
@@ -278,7 +279,7 @@ def excite(
         raise _too_much_torque(source, checked)
     conditions, independent = dict.fromkeys(_MODELS, math.inf), 0.0
     for other in every:
-        # Where windows or filter do not fit these runs.
+        # Skip a model whose windows or filter do not fit these runs.
         with suppress(IdentificationError, LogError):
             rows = _equations(evaluator, other, checked.runs, motion.rate)
             conditions[other.name] = condition_number(np.concatenate([e.W for e in rows]))
@@ -312,21 +313,21 @@ def excite(
 
 
 def _require_prior(
-    parameters: str | Path | None, limits: Bounds, *, asked: bool
+    parameters: str | Path | None, limits: Bounds, *, requested: bool
 ) -> tuple[str, ...]:
-    """Return a note where torque limits of the robot are not checked without a prior model.
+    """Return a note if torque limits of the robot are not checked without a prior model.
 
     Args:
         parameters: file of the prior model, or None.
         limits: limits of the joints.
-        asked: whether the caller passed torque limits.
+        requested: whether the caller passed torque limits.
 
     Raises:
         ParameterError: the caller passed torque limits without a prior model.
     """
     if parameters is not None:
         return ()
-    if asked:
+    if requested:
         raise ParameterError(
             "limits of torque need a prior model; accepted: parameters as well (estimate.json, or "
             "TOML with [parameters])"
@@ -337,7 +338,9 @@ def _require_prior(
 
 
 def _visible(limits: Bounds) -> FloatArray:
-    """Return the torque of each joint that counts as visible, (n,): 1 N m or N without a limit."""
+    """Return the visible torque of each joint, (n,): 1 % of its limit, or 1 N m or N without a
+    limit.
+    """
     return np.where(np.isfinite(limits.torque), _VISIBLE * limits.torque, 1.0)
 
 

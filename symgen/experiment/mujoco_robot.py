@@ -1,4 +1,4 @@
-"""The robot of a URDF or MJCF in MuJoCo, moved by given torques."""
+"""Move the robot of a URDF or MJCF in MuJoCo by prescribed torques."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from typing import Any
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.errors import RobotError, first_of, located, told_by
+from symgen.errors import RobotError, first_of, located, message_of
 from symgen.runtime.simulate import Law
 
-_HOLDING = 1e9  # kg m2 or kg: armature of a joint that is held
+_HOLDING = 1e9  # kg m2 or kg: armature of a locked joint
 _FINEST = 1e-3  # s: longest step
 
 
 class MujocoRobot:
-    """A robot file in MuJoCo.
+    """A robot from a file, in MuJoCo.
 
     Contacts, joint limits and actuators are switched off. Joints without a name in `joints` stand
     still at 0.
 
     Args:
-        path: of the file.
-        joints: names of the joints that move, in the order of q.
+        path: path of the file.
+        joints: names of the moving joints, in the order of q.
 
     Raises:
         RobotError: MuJoCo is not installed or refuses the file, or there is no such joint.
@@ -53,8 +53,8 @@ class MujocoRobot:
             if not np.isin(free, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)).all():
                 raise RobotError("a joint of the log is neither hinge nor slide; accepted: these")
         self._q, self._v = m.jnt_qposadr[places], m.jnt_dofadr[places]
-        held = np.setdiff1d(np.arange(m.nv), self._v)
-        m.dof_armature[held] = _HOLDING
+        locked = np.setdiff1d(np.arange(m.nv), self._v)
+        m.dof_armature[locked] = _HOLDING
         off = mujoco.mjtDisableBit
         m.opt.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_LIMIT | off.mjDSBL_ACTUATION
         m.opt.timestep = min(float(m.opt.timestep), _FINEST)
@@ -65,7 +65,7 @@ class MujocoRobot:
     ) -> FloatArray:
         """Return the positions (K, n) at times t; see `symgen.estimation.playback.Mover`.
 
-        A torque is held for a step.
+        A torque is constant over a step.
         """
         m, d = self.model, self.data
         self._mujoco.mj_resetData(m, d)
@@ -83,14 +83,14 @@ class MujocoRobot:
             self._mujoco.mj_step(m, d)
             step += 1
             if not np.isfinite(d.qpos).all() or d.time < 0.5 * step * m.opt.timestep:
-                break  # MuJoCo begins anew where a state is not finite
+                break  # MuJoCo resets the state if it is not finite
             if (np.abs(d.qpos[self._q] - q) > bounds).any():
                 break
         return out
 
 
 def _compiled(mujoco: Any, path: Path) -> Any:
-    """Return the model of a file; without its meshes where these are not there."""
+    """Return the model of a file; without its meshes if they are missing."""
     mujoco.set_mju_user_warning(lambda _: None)  # MuJoCo would print, and write MUJOCO_LOG.TXT
     try:
         try:
@@ -103,4 +103,6 @@ def _compiled(mujoco: Any, path: Path) -> Any:
                 spec.delete(mesh)
             return spec.compile()
     except (ValueError, OSError) as error:
-        raise RobotError(f"MuJoCo refuses it: {told_by(error)}; accepted: URDF or MJCF") from error
+        raise RobotError(
+            f"MuJoCo refuses it: {message_of(error)}; accepted: URDF or MJCF"
+        ) from error

@@ -23,7 +23,7 @@ from symgen.schemas import as_json
 from symgen.views import Viewable
 
 SCHEMA = "symgen.trajectory/1"
-_GAIN = 0.95  # of the deviation at the start: a motion above it is not optimised
+_GAIN = 0.95  # of the deviation at the start; a larger result is not optimised
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,14 +36,14 @@ class Plan(Viewable):
         window: length of the windows of energy and momentum, s.
         rate: sampling rate of the references and of the equations, Hz.
         runs: the trajectories.
-        conditions: condition number of the scaled base regressor by model, all runs together.
+        conditions: condition number of the scaled base regressor of all runs, by model.
         std: expected standard deviation of each parameter from one log of every run.
         scale: value of each parameter that `std` is compared with.
-        start: `deviation` of the best random motion that a search began with.
+        start: `deviation` of the best random start of the search.
         uses: the largest use of every limit of every joint.
         parameters: number of base parameters.
         independent: number of independent equations, as `identify` counts them.
-        searches: number of finished searches, and of all searches.
+        searches: number of finished searches, and number of all searches.
         stopped: how the search ended: "done", "budget" or "interrupted".
         notes: further remarks.
         approach: time to reach the start from anywhere, at a tenth of the allowed speeds, s.
@@ -71,7 +71,7 @@ class Plan(Viewable):
     bounds: Bounds | None = None
 
     def __repr__(self) -> str:
-        """Return robot, runs, and the expected standard deviation."""
+        """Return the robot, the runs, and the expected standard deviation."""
         return (
             f"<Plan of {self.robot}: {len(self.runs)} runs for {self.model}, standard deviation "
             f"{100 * self.deviation:.3g} %>"
@@ -95,12 +95,12 @@ class Plan(Viewable):
 
     @property
     def optimised(self) -> bool:
-        """Whether the search went to its end, or gained over the best random motion."""
+        """Whether the search ended by itself, or improved on its best random motion."""
         return self.stopped == "done" or self.deviation < _GAIN * self.start
 
     @property
     def binding(self) -> tuple[LimitUse, ...]:
-        """The limits that are used to 97 % or more: widening them would help most."""
+        """The limits that are used to 97 % or more: wider ones would help most."""
         return tuple(u for u in self.uses if u.binds)
 
     @property
@@ -110,7 +110,7 @@ class Plan(Viewable):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Reasons why `identify` would find the runs insufficient, or a search could do better."""
+        """Reasons why `identify` would find the runs insufficient, or a better search possible."""
         out = []
         if not self.optimised:
             out.append(
@@ -210,7 +210,7 @@ def exported(plan: Plan, robot: Robot, into: Path, to: str) -> dict[Path, bytes]
     Args:
         plan: the runs.
         robot: robot of the runs.
-        into: path of the CSV; the other files have its name with another ending.
+        into: path of the CSV; the other files have this name with another ending.
         to: one of FORMATS: "ros" adds NAME.yaml (trajectory_msgs/JointTrajectory),
             "urscript" NAME.script.
 

@@ -1,7 +1,8 @@
-"""compare-sim: how far simulated robots are from a log, over horizons.
+"""compare-sim: the position errors of simulated robots against a log, over several horizons.
 
 MuJoCo moves the robot of a file along windows of a log (`symgen.estimation.playback`). Contacts,
-limits and controlled actuators of the file have no say: what moves the robot is in the log.
+limits and controlled actuators in the file are off, because the log contains the torques that move
+the robot.
 """
 
 from __future__ import annotations
@@ -46,18 +47,18 @@ from symgen.views import Viewable
 
 SCHEMA = "symgen.simulation/1"
 MARKER, WINDOW = "simulation.json", "window.csv"
-_WINDOWS = 40  # of a log, at most
-_SMOOTH = 5.0  # of the comparison band: where the motion of a log is filtered
+_WINDOWS = 40  # maximum number of windows of a log
+_SMOOTH = 5.0  # cutoff of the motion of a log, in comparison bands
 
 
 @dataclass(frozen=True)
 class Simulated:
-    """How far the robot of one file is from the logs.
+    """Position errors of the robot of one file.
 
     Attributes:
-        file: its name.
-        horizons: by time.
-        diverged: windows in which the simulation ran away or had no finite numbers.
+        file: name of the file.
+        horizons: errors by time.
+        diverged: number of windows in which the simulation diverged.
     """
 
     file: str
@@ -67,18 +68,19 @@ class Simulated:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SimulationComparison(Viewable):
-    """How far simulated robots are from logs.
+    """Position errors of simulated robots against logs.
 
     Attributes:
-        robot: its name.
+        robot: name of the robot.
         joints: number and unit of each movable joint.
-        logs: their names.
-        windows: number of windows that were simulated.
-        feedback: whether gains hold the robot to the measured motion.
-        files: file by file.
-        notes: what was done to the logs.
-        measured: of a window of median error of the first file: (K,) s and (K, n) rad or m.
-        courses: of that window, simulated positions (K, n) of each file.
+        logs: names of the logs.
+        windows: number of simulated windows.
+        feedback: whether feedback gains keep the robot close to the measured motion.
+        files: results, file by file.
+        notes: changes to the logs.
+        measured: measured motion in a window with a median error of the first file: times (K,) s
+            and positions (K, n) rad or m.
+        courses: simulated positions (K, n) of each file in that window.
     """
 
     robot: str
@@ -93,15 +95,15 @@ class SimulationComparison(Viewable):
 
     def __repr__(self) -> str:
         """Return the files with their errors."""
-        told = ", ".join(f"{f.file} {percent(f.horizons[-1].position_error)}" for f in self.files)
-        return f"<SimulationComparison after {self.files[0].horizons[-1].seconds:g} s: {told}>"
+        errors = ", ".join(f"{f.file} {percent(f.horizons[-1].position_error)}" for f in self.files)
+        return f"<SimulationComparison after {self.files[0].horizons[-1].seconds:g} s: {errors}>"
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of simulation.json."""
         return to_json(self, SCHEMA)
 
     def to_csv(self) -> bytes:
-        """Return the window that is drawn, window.csv: t, then q1.. measured and of each file.
+        """Return the drawn window as window.csv: t, measured q1.., and q1.. of each file.
 
         The columns of the first file are file1_q1.., those of the second file2_q1...
         """
@@ -125,16 +127,16 @@ def compare_simulations(
     """Simulate windows of logs with the robots of some files, and compare the positions.
 
     Args:
-        files: URDF or MJCF files of one robot, with the same names of joints.
-        logs: of that robot.
-        robot: which joints the logs have, and the gains of the feedback to the measured motion, if
-            it has a controller; by default the movable joints of the first file. Other joints of
-            the files are held where they are at q = 0.
+        files: URDF or MJCF files of one robot, with the same joint names.
+        logs: logs of that robot.
+        robot: the joints of the logs and, for a robot with a controller, the gains of the feedback
+            towards the measured motion. By default, the movable joints of the first file. Other
+            joints of the files stay at q = 0.
         reading: how the logs are read.
-        progress: is told what is being done.
+        progress: called with a text about the current step.
 
     Raises:
-        RobotError: MuJoCo is not installed or refuses a file, or a file has not the joints.
+        RobotError: MuJoCo is not installed or refuses a file, or a file lacks a joint.
         LogError: a log cannot be read or belongs to another robot.
         ParameterError: no log has a window of 0.2 s.
     """
@@ -144,37 +146,37 @@ def compare_simulations(
     names = [joint.name for joint in source.movable]
     gains = gains_of(source)
     machines = [MujocoRobot(Path(file), names) for file in files]
-    seen, notes = [], [*_without_rotors(files)]
+    filtered, notes = [], [*_without_rotors(files)]
     for log in logs:
         progress(f"reading {getattr(log, 'name', log)}")
         samples, repairs = open_samples(log, source, reading)
         rate, comparison = 1 / samples.step, comparison_band([samples])
         cutoff = min(_SMOOTH * comparison, OPEN * rate)
-        seen.append(filter_log(samples, Band(rate, cutoff, comparison, "derived")))
+        filtered.append(filter_log(samples, Band(rate, cutoff, comparison, "derived")))
         notes += [*samples.notes, *(r.in_words for r in repairs)]
-    windows = windows_of(seen, _WINDOWS)
+    windows = windows_of(filtered, _WINDOWS)
     if not windows:
         raise ParameterError(
             f"compare-sim: no log has {HORIZONS[0]:g} s without a gap; accepted: longer logs"
         )
-    step = min(log.step for log in seen)
+    step = min(log.step for log in filtered)
     t = np.asarray(np.arange(round(windows[0].seconds / step) + 1) * step, dtype=np.float64)
-    found, courses = [], []
+    results, courses = [], []
     for file, machine in zip(files, machines, strict=True):
         progress(f"simulating {file}")
         courses.append(play(machine, windows, t, gains))
         horizons, diverged = position_errors(windows, t, courses[-1])
-        found.append(Simulated(Path(file).name, horizons, diverged))
+        results.append(Simulated(Path(file).name, horizons, diverged))
     shown = _typical(windows, courses[0])
     chosen = windows[shown].log
     measured = interpolated(chosen.t, chosen.q)(chosen.t[windows[shown].start] + t)
     return SimulationComparison(
         robot=source.name,
         joints=joints_of(source),
-        logs=tuple(log.name for log in seen),
+        logs=tuple(log.name for log in filtered),
         windows=len(windows),
         feedback=gains is not None,
-        files=tuple(found),
+        files=tuple(results),
         notes=tuple(dict.fromkeys(notes)),
         measured=(t, measured),
         courses=tuple(moved[shown] for moved in courses),
@@ -190,10 +192,10 @@ def _without_rotors(files: Sequence[str | Path]) -> Iterator[str]:
 
 
 def read_comparison(path: str | Path) -> SimulationComparison:
-    """Read a comparison again, without its curves.
+    """Read a comparison from its file, without its curves.
 
     Raises:
-        ParameterError: there is none, or it is damaged.
+        ParameterError: there is no comparison, or it is damaged.
     """
     file = result_file(path, MARKER)
     return read_result(SimulationComparison, file, SCHEMA, measured=None, courses=())

@@ -80,15 +80,15 @@ class Instruments:
         self, t: FloatArray, q: FloatArray, qd: FloatArray, tau: FloatArray, run: int, seed: int
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return q, qd and tau (N, n) in the log of a run, from true motion and command (N, n)."""
-        seen = self.delayed(t, q, qd, slice(0, len(t)))
-        q, qd = self.read(*seen, *self.errors(run, seed, q.shape))
+        motion = self.delayed(t, q, qd, slice(0, len(t)))
+        q, qd = self.read(*motion, *self.errors(run, seed, q.shape))
         size = self.torque_noise + self.torque_noise_relative * np.sqrt(np.mean(tau**2, axis=0))
         return q, qd, tau + size * _normal(float(np.any(size)), run, seed, _TORQUE, tau.shape)
 
     def delayed(
         self, t: FloatArray, q: FloatArray, qd: FloatArray, at: slice
     ) -> tuple[FloatArray, FloatArray]:
-        """Return q and qd (K, n) at t[at] - delay, interpolated by cubics.
+        """Return q and qd (K, n) at t[at] - delay, by cubic interpolation.
 
         Args:
             t: (N,) stamps, s.
@@ -98,7 +98,8 @@ class Instruments:
         """
         if not self.delay:
             return q[at], qd[at]
-        from scipy.interpolate import CubicHermiteSpline  # not where a study is only read
+        # imported late: reading a study does not need it
+        from scipy.interpolate import CubicHermiteSpline
 
         then = t[at] - self.delay
         first = max(int(np.searchsorted(t, then[0], side="right")) - 1, 0)
@@ -108,13 +109,13 @@ class Instruments:
         return course(moved), np.where((then < t[0])[:, None], 0.0, course(moved, 1))
 
 
-def unseen_torque(size: FloatArray, run: int, seed: int, samples: int) -> FloatArray:
-    """Return disturbance torques (N, n) that no log shows, of standard deviations (n,)."""
+def disturbance_torque(size: FloatArray, run: int, seed: int, samples: int) -> FloatArray:
+    """Return torques (N, n) of unmeasured disturbances with standard deviations (n,)."""
     return size * _normal(1.0, run, seed, _DISTURBANCE, (samples, len(size)))
 
 
 def _normal(size: float, run: int, seed: int, channel: int, shape: tuple[int, ...]) -> FloatArray:
-    """Draw from a separate stream for each run and instrument: run k does not depend on others."""
+    """Draw from a separate stream for each run and instrument, so that runs are independent."""
     if not size:
         return np.zeros((1, 1))
     return size * np.random.default_rng([seed, run, channel]).standard_normal(shape)
@@ -128,7 +129,7 @@ FEEDBACKS = ("true", "measured")
 class Controller:
     """A tracking controller.
 
-    With e = q_r - q and the controller's model of the robot, scale times its parameters,
+    It uses e = q_r - q and a model of the robot with `scale` times its parameters:
 
         computed-torque:  tau = ID(q, qd, qdd_r + 2 damping bandwidth e' + bandwidth^2 e)
         pd:               tau = ID(q_r, qd_r, qdd_r) + D (2 damping bandwidth e' + bandwidth^2 e)
@@ -143,7 +144,7 @@ class Controller:
         damping: damping ratio.
         scale: ratio of the controller's parameters to the robot's (figure 2 of the paper: 1.2).
         feedback: "true" acts in continuous time on the true motion. "measured" acts at every stamp
-            on the measured motion, and holds its torque until the next one, as a digital controller
+            on the measured motion and keeps its torque until the next one, as a digital controller
             does.
 
     Raises:
@@ -175,8 +176,8 @@ class Recording:
     Attributes:
         instruments: the sensors.
         controller: moves the robot along its reference; not used if torques are given.
-        disturbance: standard deviation of torques that act on the joints and that no log shows, new
-            at every stamp; one number, or one for each joint, N m or N.
+        disturbance: standard deviation of unmeasured torques on the joints, new at every stamp; one
+            number, or one for each joint, N m or N.
         rate: sampling rate of the logs, Hz. None means that of the trajectory or of the torques,
             and 1000 Hz for the Fourier series.
 
@@ -193,7 +194,7 @@ class Recording:
         if self.rate is not None and not 0 < self.rate < math.inf:
             raise ParameterError(f"simulate: rate is {self.rate:g}; accepted: above 0 Hz")
 
-    def unseen(self, n: int) -> FloatArray:
+    def disturbance_std(self, n: int) -> FloatArray:
         """Return the disturbance of each of n joints, (n,).
 
         Raises:
@@ -208,7 +209,7 @@ class Recording:
 
     @property
     def moves_alike(self) -> bool:
-        """Whether all runs have the same true motion, and differ only in measurement noise."""
+        """Whether all runs have the same true motion and differ only in measurement noise."""
         return not np.any(self.disturbance) and self.controller.feedback == "true"
 
 

@@ -26,16 +26,16 @@ if TYPE_CHECKING:
 
 _ACCEPTED = "CSV with the columns t, q1.. and optionally qd1.., qdd1.."
 _HARMONICS = 5
-_MOST = 20_000_000  # samples: more would fill the memory
+_MOST = 20_000_000  # samples: more would exhaust the memory
 #: Default limits of a reference without [limits]: position, speed, acceleration.
 _MODEST = {names.REVOLUTE: (1.0, 1.5, 6.0), names.PRISMATIC: (0.2, 0.5, 3.0)}
-#: Part of the limits that a reference uses: the controller needs the rest.
+#: Share of the limits that a reference uses: the controller needs the rest.
 _PART = 0.9
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A motion to follow, with polynomials of degree five between its stamps.
+    """A motion to follow, interpolated by polynomials of degree five.
 
     Attributes:
         name: name in messages.
@@ -102,8 +102,8 @@ def reference_of(
     """Return a reference from any of its sources.
 
     Args:
-        source: a reference; a log or its NPZ or Parquet file, whose motion is filtered; a CSV;
-            None for a Fourier series.
+        source: a reference; a log or its NPZ or Parquet file, whose motion is filtered; a CSV; None
+            for a Fourier series.
         robot: the robot that moves.
         options: duration, rate and seed of the Fourier series.
 
@@ -113,24 +113,25 @@ def reference_of(
     if isinstance(source, (Log, str, Path)):
         source = opened(source, robot)
     if source is None:
-        found = fourier(robot, **options)
+        reference = fourier(robot, **options)
     elif isinstance(source, Reference):
-        found = source
+        reference = source
     elif isinstance(source, Log):
-        found = from_log(source)
+        reference = from_log(source)
     else:
-        found = read_reference(source)
-    if found.q.shape[1] != robot.n:
+        reference = read_reference(source)
+    if reference.q.shape[1] != robot.n:
         refuse(
-            f"{found.name}: it moves {found.q.shape[1]} joints, the robot has {robot.n}", "as many"
+            f"{reference.name}: it moves {reference.q.shape[1]} joints, the robot has {robot.n}",
+            "as many",
         )
-    return found
+    return reference
 
 
 def opened(source: Log | str | Path, robot: Robot) -> Log | str | Path:
-    """Read a source in a log format; return a CSV unchanged, because it can have fewer columns.
+    """Read a source in a log format; return the path of a CSV, which can have fewer columns.
 
-    The [drive] of the robot maps a log to the joint side. Such a CSV is already on it.
+    The [drive] of the robot maps a log to the joint side. A CSV is already on it.
     """
     if isinstance(source, Log):
         return source if robot.drive is None else joint_side(source, robot.drive)
@@ -159,13 +160,13 @@ def torques_of(
     source = opened(source, robot)
     if isinstance(source, Log):
         aim = from_log(source)
-        assert source.tau is not None  # from_log has seen to it
+        assert source.tau is not None  # from_log guarantees it
         name, t, tau = source.name, source.t, source.tau
         start = (aim.q[0], aim.qd[0]) if source.qd is None else (source.q[0], source.qd[0])
     else:
         name, rest = str(source), np.zeros((1, robot.n))
-        t, found = read_columns(source, ("tau",), ("q", "qd"), "CSV with the columns t, tau1..")
-        tau, start = found["tau"], (found.get("q", rest)[0], found.get("qd", rest)[0])
+        t, columns = read_columns(source, ("tau",), ("q", "qd"), "CSV with the columns t, tau1..")
+        tau, start = columns["tau"], (columns.get("q", rest)[0], columns.get("qd", rest)[0])
     if tau.shape[1] != robot.n:
         raise LogError(f"{name}: {tau.shape[1]} torques, the robot has {robot.n} joints")
     return t, tau, start
@@ -177,17 +178,17 @@ def read_reference(path: str | Path) -> Reference:
     Raises:
         LogError: the file cannot be read, or derivatives are missing and time steps vary.
     """
-    t, found = read_columns(path, ("q",), ("qd", "qdd"), _ACCEPTED)
+    t, columns = read_columns(path, ("q",), ("qd", "qdd"), _ACCEPTED)
     step = float((t[-1] - t[0]) / (len(t) - 1))
     uniform = float(np.abs(np.diff(t) - step).max()) <= 1e-3 * step
-    if not (uniform or {"qd", "qdd"} <= found.keys()):
+    if not (uniform or {"qd", "qdd"} <= columns.keys()):
         refuse(
             f"{path}: time steps vary, and derivatives are missing",
             "qd1.. and qdd1.., or equal time steps",
         )
-    q = found["q"]
-    qd = found["qd"] if "qd" in found else differentiate(q, step)
-    qdd = found["qdd"] if "qdd" in found else differentiate(qd, step)
+    q = columns["q"]
+    qd = columns["qd"] if "qd" in columns else differentiate(q, step)
+    qdd = columns["qdd"] if "qdd" in columns else differentiate(qd, step)
     return make_reference(str(path), t, q, qd, qdd)
 
 
@@ -232,7 +233,7 @@ def fourier(
     limits = robot.limits or Limits()
     far, fast, hard = np.array([_MODEST[sigma] for sigma in robot.sigma]).T
     low, high = np.array(limits.position).T if limits.position else (-far, far)
-    # A wide range would make slow motion of few reversals: a turn each way is enough.
+    # A wide range would give slow motion with few reversals; one turn in each direction is enough.
     half = np.minimum((high - low) / 2, 2 * far)
     top = np.array([half, limits.velocity or fast, limits.acceleration or hard])
     motion[0] -= (motion[0].max(axis=0) + motion[0].min(axis=0)) / 2

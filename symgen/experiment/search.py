@@ -6,9 +6,9 @@ its torque, a log of N samples has the information
     torque, momentum   G = N mean(sum_j W_j' W_j / s_j^2)
     energy             G = N mean(w' w) / mean(sum_j s_j^2 qd_j^2),   w = sum_j qd_j W_j
 
-and the parameters have the standard deviations sqrt(diag G^-1). The search minimizes the mean of
-their logs by a (1 + 1) evolution strategy (Rechenberg 1973): it changes the coefficients of one
-joint at random and keeps the change if the motion is better.
+and the parameters have the standard deviations sqrt(diag G^-1). The search minimises the mean of
+their logarithms by a (1 + 1) evolution strategy (Rechenberg 1973). It changes the coefficients of
+one joint at random and keeps the change if the motion is better.
 """
 
 from __future__ import annotations
@@ -28,15 +28,16 @@ from symgen.data.raw import FloatArray
 from symgen.experiment.bounds import CELL, Bounds, Cell, LimitUse, Space
 from symgen.runtime.evaluator import Evaluator
 
-_DRAWS = 10  # random motions of which a search begins with the best
+_DRAWS = 10  # random motions from which a search starts with the best
 _PER_PERIOD = 16  # samples in a period of the fastest term
-_STEP, _SMALLEST = 0.3, 0.01  # at the start, at the end; relative
-# Of the step after a success, and after a failure: 0.985 ends in a sixth of the time, at standard
-# deviations that are 15 % larger.
+_STEP, _SMALLEST = 0.3, 0.01  # relative, at the start and at the end
+# Factors of the step after a success and after a failure. A factor of 0.985 ends in a sixth of the
+# time, with standard deviations that are 15 % larger.
 _GROW, _SHRINK = 1.3, 0.996
-_TRIES = 3  # to shrink a motion that exceeds torque limits or leaves the cell
-_MARGIN = 0.99  # of torque limits, and 1 cm to floor and boxes: for the time between samples
-#: Limits that are kept by shrinking the whole motion.
+_TRIES = 3  # attempts to shrink a motion that exceeds torque limits or leaves the cell
+# share of torque limits, and 1 cm to floor and boxes: a margin for the time between samples
+_MARGIN = 0.99
+#: Limits that are kept by shrinking the motion of all joints.
 SHRUNK = ("torque", *CELL)
 
 
@@ -54,7 +55,7 @@ class Clock:
         return time.perf_counter() - self.begun
 
     @property
-    def left(self) -> float:
+    def remaining(self) -> float:
         """Remaining seconds; 0 after Ctrl-C."""
         return 0.0 if self.interrupted else self.end - self.elapsed
 
@@ -94,7 +95,8 @@ class MotionCandidate:
     Attributes:
         runs: the runs.
         std: expected standard deviation of each parameter; infinite if it is not determined.
-        rank: smaller is better: motions within torque limits and cell first, then precise ones.
+        rank: smaller is better. Motions within torque limits and cell come first, then precise
+            ones.
     """
 
     runs: tuple[CandidateRun, ...]
@@ -103,7 +105,7 @@ class MotionCandidate:
 
 
 def candidate(runs: Sequence[CandidateRun]) -> MotionCandidate:
-    """Return the motion of some runs."""
+    """Return the candidate motion of some runs."""
     std = expected_deviations(np.sum([run.information for run in runs], axis=0))
     excess = max(run.excess for run in runs)
     precision = float(np.mean(np.log(std))) if excess <= 1 else math.inf
@@ -122,7 +124,7 @@ def expected_deviations(G: FloatArray) -> FloatArray:
 
 
 class Fitted(NamedTuple):
-    """A run within its limits: coefficients, q, qd, qdd and jerk (4, N, n), and what it uses.
+    """A run within its limits: coefficients, q, qd, qdd and jerk (4, N, n), and its use of limits.
 
     `excess` is the largest used share of torque limits and cell.
     """
@@ -134,7 +136,7 @@ class Fitted(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """What the search minimizes, on a grid that is as fine as the terms of the motion need.
+    """The objective of the search, on a grid that is as fine as the terms of the motion need.
 
     Attributes:
         evaluator: the model, with its torque regressor.
@@ -161,11 +163,11 @@ class Objective:
     runs: int
 
     def at_steps(self, step: float) -> Objective:
-        """Return the same on a grid of steps in s."""
+        """Return the same objective on a grid with another step in s."""
         return replace(self, sampled=self.space.sampled(self.space.series.times(step)))
 
     def uses(self, motion: FloatArray) -> Iterator[LimitUse]:
-        """Yield the used share of the torque limits and of the cell by q, qd, qdd, (3, N, n)."""
+        """Yield the used share of the torque limits and of the cell, for q, qd, qdd, (3, N, n)."""
         q, qd, qdd = (np.ascontiguousarray(x) for x in motion[:3])
         if self.prior is not None:
             torque = self.evaluator["inverse_dynamics"](q, qd, qdd, self.prior)
@@ -191,39 +193,40 @@ class Objective:
         return np.asarray(rows.T @ rows * (samples / len(W)))
 
     def fitted(self, z: FloatArray, grow: bool = False, allowed: float = 1.0) -> Fitted:
-        """Return a run of coefficients z, scaled into its limits and shrunk into the others.
+        """Return the run of coefficients z, scaled into its limits and shrunk to respect the
+        others.
 
         Args:
-            z: its coefficients.
+            z: coefficients of the run.
             grow: also enlarge joints that do not reach their limits.
             allowed: largest share of torque limits and cell.
         """
-        found = self._moved(self.space.fitted(z, self.sampled, grow))
+        fitted = self._moved(self.space.fitted(z, self.sampled, grow))
         for _ in range(_TRIES):
-            if found.excess <= allowed:
+            if fitted.excess <= allowed:
                 break
-            factor = max(0.5, _MARGIN * allowed / found.excess)
-            found = self._moved(factor * found.z)
-        return found
+            factor = max(0.5, _MARGIN * allowed / fitted.excess)
+            fitted = self._moved(factor * fitted.z)
+        return fitted
 
     def _moved(self, z: FloatArray) -> Fitted:
-        """Return the run of coefficients z."""
+        """Return the run with coefficients z."""
         motion = self.space.motion(z, self.sampled)
         return Fitted(z, motion, largest_share(self.uses(motion)))
 
     def run(self, z: FloatArray, grow: bool = False) -> CandidateRun:
-        """Return the run of coefficients z, within its limits where it can be."""
-        found = self.fitted(z, grow, _MARGIN)
+        """Return the run with coefficients z, within its limits if possible."""
+        fitted = self.fitted(z, grow, _MARGIN)
         p = len(self.evaluator.model.base.parameters)
         information = np.zeros((p, p))
-        if found.excess <= _MARGIN:
-            information = self.information(found.motion)
-        return CandidateRun(found.z, found.excess / _MARGIN, information)
+        if fitted.excess <= _MARGIN:
+            information = self.information(fitted.motion)
+        return CandidateRun(fitted.z, fitted.excess / _MARGIN, information)
 
-    def torque(self, found: MotionCandidate) -> FloatArray:
-        """Return the RMS torque that each parameter alone causes with a value of 1, (n, p)."""
+    def torque(self, candidate: MotionCandidate) -> FloatArray:
+        """Return the RMS torque of each parameter alone with a value of 1, (n, p)."""
         squares = []
-        for run in found.runs:
+        for run in candidate.runs:
             W = self.regressor(self.space.motion(run.z, self.sampled))
             squares.append(np.mean(W**2, axis=0))
         return np.asarray(np.sqrt(np.mean(squares, axis=0)))
@@ -239,13 +242,13 @@ class Objective:
     def improved(
         self, best: MotionCandidate, draw: np.random.Generator, iterations: int, clock: Clock
     ) -> MotionCandidate:
-        """Return the best motion that the strategy reaches from another one.
+        """Return the best motion that the search reaches from another one.
 
-        It ends after some iterations, when its step is small, or when the clock stops it.
+        The search ends after some iterations, when its step is small, or when the clock stops it.
         """
         step = _STEP
         for _ in range(iterations):
-            if clock.left <= 0 or step < _SMALLEST:
+            if clock.remaining <= 0 or step < _SMALLEST:
                 break
             k, runs = int(draw.integers(self.runs)), list(best.runs)
             z = runs[k].z.copy()
@@ -262,7 +265,7 @@ class Objective:
 
 
 def largest_share(uses: Iterable[LimitUse]) -> float:
-    """Return the largest used share of the limits that are kept by shrinking a motion."""
+    """Return the largest used share of the limits that shrinking a motion keeps."""
     return max((u.share for u in uses if u.limit in SHRUNK), default=0.0)
 
 

@@ -21,9 +21,9 @@ from symgen.experiment.recording import (
     Controller,
     Instruments,
     Recording,
+    disturbance_torque,
     replay,
     tracking,
-    unseen_torque,
 )
 from symgen.experiment.reference import Reference, as_csv, reference_of, torques_of
 from symgen.identification.parameters import base_values, read_parameters
@@ -75,7 +75,7 @@ class Simulation:
         """Number of runs."""
         return len(self.q_log)
 
-    def seen_by(self, instruments: Instruments, runs: range, seed: int) -> Simulation:
+    def recorded_by(self, instruments: Instruments, runs: range, seed: int) -> Simulation:
         """Return the same motions, recorded by other instruments.
 
         Args:
@@ -151,13 +151,13 @@ def _require_format(suffix: str) -> None:
 
 
 Parameters = str | Path | Mapping[str, float] | ArrayLike
-#: Numbers in one array of all runs, above which memory is likely to be short.
+#: Number of values in one array of all runs, above which memory is likely to be short.
 _MOST = 60_000_000
-#: Widths of Coulomb friction that a motion can be integrated with, rad/s or m/s.
+#: Limits of the width of Coulomb friction in an integration, rad/s or m/s.
 _WIDTHS = (1e-9, 1.0)
-#: Of an integration step: a log without noise gives its parameters back to 1e-4.
+#: Of an integration step; parameters from a log without noise are then exact to 1e-4.
 _TOLERANCE = 1e-8
-#: What the controllers call.
+#: Kernels that the controllers call.
 KERNELS = ("inverse_dynamics", "mass_matrix")
 
 
@@ -182,8 +182,8 @@ def simulate(
         M(q) qdd + h(q, qd) = tau + disturbance
 
     The model has friction, couplings and effects. Coulomb friction changes its sign over a small
-    width of the speed, so a joint that friction holds creeps by about the width times the time
-    (see `symgen.runtime.simulate`).
+    width of the speed. A joint that friction holds therefore creeps by about the width times the
+    time (see `symgen.runtime.simulate`).
 
     Args:
         robot: a robot, a path or library name, or a loaded evaluator.
@@ -204,7 +204,7 @@ def simulate(
         seed: seed of all noise, and of the Fourier series.
         width: width of the Coulomb friction of joints without coulomb_width, rad/s or m/s.
         progress: called with a text about the current step.
-        meter: called with the part of the motion that is done, from 0 to 1.
+        meter: called with the finished part of the motion, from 0 to 1.
 
     Returns:
         The true motions and the logs.
@@ -222,7 +222,7 @@ def simulate(
     if torque is not None and follows:
         raise ParameterError("simulate: torques and a trajectory; accepted: one of the two")
     if torque is not None and made.rate is not None:
-        raise ParameterError("simulate: torques have stamps of their own; accepted: no rate")
+        raise ParameterError("simulate: torques already have stamps; accepted: no rate")
     numbers = range(runs) if isinstance(runs, int) else runs
     if not numbers or min(numbers) < 0 or seed < 0:
         raise ParameterError(
@@ -246,8 +246,8 @@ def simulate(
             f"simulate: {len(numbers)} runs of {len(t)} samples and {source.n} joints would fill "
             f"the memory; accepted: up to {_MOST // (len(t) * source.n)} runs at a time"
         )
-    measured, pushed = made.controller.feedback == "measured", made.unseen(source.n)
-    # Runs that differ in nothing but what is read off them are one motion.
+    measured, pushed = made.controller.feedback == "measured", made.disturbance_std(source.n)
+    # Runs that differ only in measurement noise share one motion.
     moving = numbers[:1] if made.moves_alike else numbers
     progress(f"moving {source.name} over {t[-1] - t[0]:.6g} s")
     motions = []
@@ -264,7 +264,7 @@ def simulate(
                 _state(start if initial is None else initial, source.n),
                 width=width,
                 hold=hold or measured,
-                pushed=unseen_torque(pushed, run, seed, len(t)) if pushed.any() else None,
+                pushed=disturbance_torque(pushed, run, seed, len(t)) if pushed.any() else None,
                 tolerance=_TOLERANCE,
                 progress=lambda part, k=k: meter((k + part) / len(moving)),  # type: ignore[misc]
             )
@@ -285,7 +285,7 @@ def simulate(
         tuple(j.number for j in source.movable),
         source.drive,
     )
-    return true.seen_by(made.instruments, numbers, seed)
+    return true.recorded_by(made.instruments, numbers, seed)
 
 
 def _state(initial: tuple[ArrayLike, ArrayLike], n: int) -> tuple[FloatArray, FloatArray]:
@@ -307,7 +307,7 @@ def _state(initial: tuple[ArrayLike, ArrayLike], n: int) -> tuple[FloatArray, Fl
 def _on_measurements(
     law: Law, instruments: Instruments, t: FloatArray, run: int, seed: int, n: int
 ) -> Law:
-    """Return a law that acts at the stamps on what the instruments read there."""
+    """Return a law that acts on the measured motion at the stamps."""
     shape = len(t), n
     q_error, qd_error = (np.broadcast_to(e, shape) for e in instruments.errors(run, seed, shape))
     past_q, past_qd = np.zeros((2, *shape))
@@ -322,11 +322,7 @@ def _on_measurements(
 
 
 def _require_finite(motion: SimulatedMotion, robot: Robot) -> None:
-    """Refuse a motion that is not finite.
-
-    Raises:
-        ParameterError: the message has the time.
-    """
+    """Raise ParameterError with the time if a motion is not finite."""
     odd = ~np.isfinite(motion.tau).all(axis=1)
     if odd.any():
         raise ParameterError(
@@ -338,7 +334,7 @@ def _require_finite(motion: SimulatedMotion, robot: Robot) -> None:
 def _loaded(
     robot: Robot | str | Path | Evaluator, parameters: Parameters, progress: Say
 ) -> tuple[Evaluator, FloatArray]:
-    """Return the evaluator with the controller's kernels, and X (p,)."""
+    """Return the evaluator with the kernels of the controller, and X (p,)."""
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     require_gravity(source, "a simulation")
     if source.passive:
@@ -355,11 +351,7 @@ def _loaded(
 
 
 def _require_torque(motion: SimulatedMotion, robot: Robot) -> None:
-    """Refuse a motion that needs more torque than [limits] allow.
-
-    Raises:
-        ParameterError: the message has joint and time.
-    """
+    """Raise ParameterError, with joint and time, if a motion exceeds the torque [limits]."""
     limits = robot.limits.torque if robot.limits else None
     for j, limit in enumerate(limits or ()):
         size = np.abs(motion.tau[:, j])

@@ -1,4 +1,4 @@
-"""study: accuracy of identified parameters for given motions and sensors, by simulation.
+"""study: accuracy of identified parameters for prescribed motions and sensors, by simulation.
 
 Gautier and Khalil (1988) write that the bias of least squares is impossible to calculate, and ask
 for a study "by simulation, for a given robot with given noise" (section 7). symgen simulates runs,
@@ -46,9 +46,9 @@ from symgen.views import Viewable
 SCHEMA = "symgen.study/1"
 MARKER = "study.json"
 METHODS = ("ols", "wls", "iv")
-_FEWEST = 3  # runs
+_FEWEST = 3  # minimum number of runs
 _HELD_HZ = 100.0
-_HALF = 1.96  # of a 95 % interval of a normal law, in standard deviations
+_HALF = 1.96  # half the 95 % interval of a normal distribution, in standard deviations
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Precision:
         value: true value.
         bias: mean of the estimates minus the true value.
         std: standard deviation of the estimates over the runs.
-        stated_std: root mean square of the standard deviations that the estimates state.
+        stated_std: root mean square of the standard deviations in the estimates.
         coverage: share of the runs whose interval value +- 1.96 std contains the true value.
     """
 
@@ -83,8 +83,8 @@ class StudiedMethod:
         band: filter band, chosen from the first run.
         failed: number of runs that did not determine the parameters.
         parameters: result of each parameter; empty if fewer than three runs have an estimate.
-        torque_error: ||tau of X - tau|| / ||tau|| on a motion without noise that no run has, root
-            mean square over the runs; None without parameters.
+        torque_error: ||tau of X - tau|| / ||tau|| on a motion without noise that no run contains,
+            root mean square over the runs; None without parameters.
         torque_error_per_joint: the same for each joint.
     """
 
@@ -138,7 +138,7 @@ class Study(Viewable):
         return min(solved, key=lambda r: r.torque_error or 0.0, default=None)
 
     def __repr__(self) -> str:
-        """Return robot, runs and the best way."""
+        """Return the robot, the runs, and the best model and method."""
         best = "none" if self.best is None else self.best.name
         return f"<Study of {self.robot}: {self.runs} runs, smallest torque error: {best}>"
 
@@ -148,7 +148,7 @@ class Study(Viewable):
 
 
 def read_study(path: str | Path) -> Study:
-    """Read a study again.
+    """Read a study from its file.
 
     Args:
         path: the folder that `study` wrote, or the study.json in it.
@@ -176,7 +176,7 @@ def study(
     progress: Say = silent,
     meter: Meter = silent,
 ) -> Study:
-    """Simulate how accurately logs of given motions and sensors determine the parameters.
+    """Simulate how accurately logs of prescribed motions and sensors determine the parameters.
 
     Args:
         robot: a robot, a path or a library name.
@@ -193,7 +193,7 @@ def study(
         runs: number of runs.
         seed: seed of all noise, and of the Fourier series.
         progress: called with a text about the current step.
-        meter: called with the part that is done, from 0 to 1.
+        meter: called with the finished part, from 0 to 1.
 
     Returns:
         Bias, standard deviation and stated standard deviation of every parameter, for every model
@@ -269,7 +269,7 @@ def _recorded(
             number = run * len(aims) + k
             only = range(number, number + 1)
             if shared:
-                made = shared[k].seen_by(recording.instruments, only, seed)
+                made = shared[k].recorded_by(recording.instruments, only, seed)
             else:
                 made = simulate(
                     evaluator, X, trajectory=aim, recording=recording, runs=only, seed=seed
@@ -312,7 +312,7 @@ def _solved(
 def _result(
     evaluator: Evaluator,
     X: FloatArray,
-    held: Reference,
+    held_out: Reference,
     way: tuple[EquationModel, Method],
     band: Band,
     solutions: Sequence[tuple[FloatArray, FloatArray] | None],
@@ -322,9 +322,9 @@ def _result(
     Args:
         evaluator: the model.
         X: true parameters, (p,).
-        held: the held-out motion.
+        held_out: the held-out motion.
         way: model and method.
-        band: of its logs.
+        band: band of its logs.
         solutions: X and std of every run.
     """
     solved = [solution for solution in solutions if solution is not None]
@@ -332,17 +332,17 @@ def _result(
     model, method = way[0].name, way[1].label
     if len(solved) < _FEWEST:
         return StudiedMethod(model, method, band, failed, (), None, ())
-    found, stated = np.stack(solved, axis=1)
-    bias, std = found.mean(axis=0) - X, found.std(axis=0, ddof=1)
+    estimates, stated = np.stack(solved, axis=1)
+    bias, std = estimates.mean(axis=0) - X, estimates.std(axis=0, ddof=1)
     rms = np.sqrt(np.mean(stated**2, axis=0))
-    inside = np.mean(np.abs(found - X) <= _HALF * stated, axis=0)
+    inside = np.mean(np.abs(estimates - X) <= _HALF * stated, axis=0)
     rows = np.column_stack([X, bias, std, rms, inside]).tolist()
     bases = zip(evaluator.model.base.parameters, rows, strict=True)
     parameters = tuple(Precision(p.name, p.unit, *row) for p, row in bases)
-    motion = held.q, held.qd, held.qdd
-    tau, error = evaluator.inverse_dynamics(*motion, X), np.zeros(held.q.shape[1])
-    for x in found:
-        error += np.sum((evaluator.inverse_dynamics(*motion, x) - tau) ** 2, axis=0) / len(found)
-    whole = relative_error(error, np.sum(tau**2, axis=0))
-    per_joint = whole.per_joint or ()
-    return StudiedMethod(model, method, band, failed, parameters, whole.relative, per_joint)
+    motion = held_out.q, held_out.qd, held_out.qdd
+    tau, error = evaluator.inverse_dynamics(*motion, X), np.zeros(held_out.q.shape[1])
+    for x in estimates:
+        error += np.sum((evaluator.inverse_dynamics(*motion, x) - tau) ** 2, axis=0) / len(solved)
+    total = relative_error(error, np.sum(tau**2, axis=0))
+    per_joint = total.per_joint or ()
+    return StudiedMethod(model, method, band, failed, parameters, total.relative, per_joint)

@@ -17,8 +17,8 @@ import numpy as np
 from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
 
-#: Harmonics that are chosen without being asked for: up to 0.8 Hz, as far as this is not too many
-#: to search in; and the fewest that can move from rest to rest.
+#: Harmonics of the default series: its frequencies reach 0.8 Hz, if their number stays small enough
+#: for the search. The last number is the minimum for a motion from rest to rest.
 _HIGHEST, _USUAL, _FEWEST = 0.8, (6.0, 20.0), 3
 
 
@@ -27,7 +27,7 @@ class Fourier:
     """The functions of a Fourier series, with coefficients a0, a_1, b_1, a_2, ...
 
     Attributes:
-        duration: of a period, s.
+        duration: duration of a period, s.
         terms: number of harmonics.
     """
 
@@ -35,9 +35,10 @@ class Fourier:
     terms: int
 
     def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
-        """Return the derivative of this order of all functions at t, (N, 2 terms + 1)."""
+        """Return the derivative of order `order` of all functions at t, (N, 2 terms + 1)."""
         w = 2 * np.pi / self.duration * np.arange(1, self.terms + 1)
-        turned = np.outer(t, w) + order * np.pi / 2  # each derivative turns by a quarter
+        # each derivative shifts the phase by a quarter turn
+        turned = np.outer(t, w) + order * np.pi / 2
         out = np.empty((len(t), 2 * self.terms + 1))
         out[:, 0] = float(order == 0)
         out[:, 1::2] = w**order * np.cos(turned)
@@ -51,10 +52,10 @@ class Fourier:
 
 
 def fourier_series(duration: float, terms: int | None = None) -> Fourier:
-    """Return a series of so many harmonics; by default as many as the duration has room for.
+    """Return a series with `terms` harmonics; by default as many as the duration allows.
 
     Raises:
-        ParameterError: it has too few harmonics to move from rest to rest.
+        ParameterError: the series has too few harmonics to move from rest to rest.
     """
     if terms is None:
         fewest, most = _USUAL
@@ -70,7 +71,7 @@ class Trajectory:
 
     Attributes:
         series: functions of time, the same for all joints.
-        coefficients: (n, 2 terms + 1) of every movable joint, rad or m.
+        coefficients: (n, 2 terms + 1) coefficients of every movable joint, rad or m.
     """
 
     series: Fourier
@@ -86,11 +87,11 @@ class Trajectory:
         return self.series.times(step)
 
     def at(self, t: FloatArray, order: int = 0) -> FloatArray:
-        """Return q, or its derivative of this order, at times t in s, (N, n)."""
+        """Return q, or its derivative of order `order`, at times t in s, (N, n)."""
         return np.asarray(self.series.matrix(t, order) @ self.coefficients.T)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the trajectory as values of JSON."""
+        """Return the trajectory as values for JSON."""
         terms = self.series.terms
         return {
             "duration": self.duration,

@@ -1,1 +1,1 @@
-"""Faults of recorders: found in samples or by the model, reported and undone in one way."""
+"""Faults of recorders. Samples or the model reveal them; all are reported and undone in one way."""

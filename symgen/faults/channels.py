@@ -1,4 +1,4 @@
-"""What one channel of a log shows by itself: runs, last digit, outliers, wraps and clipping."""
+"""Evidence of faults in one channel of a log: runs, last digit, outliers, wraps and clipping."""
 
 from __future__ import annotations
 
@@ -10,21 +10,23 @@ from symgen.data.mask import Bools
 from symgen.data.raw import FloatArray, Places
 from symgen.data.signals import NORMAL
 
-#: A channel that stays within so many of its last digits does not move.
+#: A channel that stays within this many of its last digits does not move.
 FEW_DIGITS = 5
 #: Smallest outlier over the scatter of its channel, and over the steps around it.
 _JUMP, _AROUND = 12.0, 4.0
-_NEAR = 8  # samples on each side of an outlier that it is compared with
-_MANY = 0.05  # share of outliers that are the signal
+_NEAR = 8  # samples on each side of an outlier to compare with
+_MANY = 0.05  # share of outliers above which they belong to the signal
 #: Largest step of a channel that wraps, in periods.
 _SLOW = 1 / 6
-#: Bits of the integers that recorders store.
+#: Bits of the integers in recorders.
 _BITS = (8, 15, 16, 32)
-#: Smallest number of runs of a held channel; share of runs with its length, and near it.
+#: For a held channel: smallest number of runs, share of runs with exactly its length, and share
+#: with nearly this length.
 _HELD_RUNS, _PACED, _HELD = 20, 0.4, 0.9
-#: Smallest step over the usual one, and distance of two steps in samples.
+#: Smallest step over the usual one, and distance between two steps in samples.
 _STEP, _APART = 5.0, 5
-#: Samples at the extreme of a clipped channel: in all, over those one digit below, and in a row.
+#: For a clipped channel, samples at the extreme: in total, over those one digit below, and in a
+#: row.
 _FLAT, _PILED, _RUN = 10, 4.0, 3
 
 
@@ -54,9 +56,10 @@ def runs(x: FloatArray) -> tuple[Places, Places]:
 def outliers(x: FloatArray) -> Places:
     """Return the indices of single samples that stand out from their neighbours.
 
-    An outlier differs from both neighbours in the same direction: by 12 times the usual distance
-    of a sample from the mean of its neighbours, by 12 last digits, by 4 times the steps beside it,
-    and by 4 times the third largest step around it, because two may belong to another outlier.
+    An outlier differs from both neighbours in the same direction. The difference exceeds four
+    limits: 12 times the usual distance of a sample from the mean of its neighbours, 12 last digits,
+    4 times the adjacent steps, and 4 times the third largest step around it. The two largest steps
+    may belong to another outlier.
 
     Args:
         x: (N,) the channel.
@@ -70,15 +73,15 @@ def outliers(x: FloatArray) -> Places:
     usual = np.median(np.abs(before + after)[changes]) / 2 if changes.any() else 0.0
     least = _JUMP * max(NORMAL * float(usual), least_step(x))
     steps = np.abs(np.diff(x))
-    found = []
+    indices = []
     for k in np.flatnonzero(height > least) + 1:
         left, right = steps[max(k - _NEAR, 0) : k - 1], steps[k + 1 : k + _NEAR]
         around = np.sort(np.concatenate([left, right]))[-3]
         if height[k - 1] > _AROUND * max(
             around, left[-1:].max(initial=0), right[:1].max(initial=0)
         ):
-            found.append(int(k))
-    return none if len(found) > _MANY * len(x) else np.array(found, dtype=np.int64)
+            indices.append(int(k))
+    return none if len(indices) > _MANY * len(x) else np.array(indices, dtype=np.int64)
 
 
 def without(x: FloatArray, at: Places) -> FloatArray:
@@ -90,7 +93,7 @@ def without(x: FloatArray, at: Places) -> FloatArray:
 
 
 def unwrapped(x: FloatArray, period: float) -> FloatArray | None:
-    """Return a slow channel without its jumps of a period; None if it has none, or is not slow."""
+    """Return a slow channel without jumps of a period; None if it has no jumps or is not slow."""
     if np.abs(np.diff(x)).max() <= period / 2:
         return None
     y = np.unwrap(x, period=period)
@@ -98,11 +101,11 @@ def unwrapped(x: FloatArray, period: float) -> FloatArray | None:
 
 
 def signed(x: FloatArray) -> FloatArray | None:
-    """Return counts that were stored as unsigned integers with their sign; None if it is there.
+    """Return counts stored as unsigned integers with their sign; None if they have it already.
 
-    Negative counts of b bits are stored as themselves plus 2^b.
+    Negative counts of b bits are stored as their value plus 2^b.
     """
-    small = np.unique(x[x < x.max() / 2])  # whose last digit is exact
+    small = np.unique(x[x < x.max() / 2])  # its last digit is exact
     if x.min() < 0 or len(small) <= 1:
         return None
     digit = float(np.diff(small).min())
@@ -114,11 +117,11 @@ def signed(x: FloatArray) -> FloatArray | None:
     return None
 
 
-def held_for(x: FloatArray) -> int:
-    """Return for how many samples a channel holds each value; 1 if it does not.
+def hold_length(x: FloatArray) -> int:
+    """Return the number of samples for which a channel holds each value; 1 if it does not.
 
-    Two fifths of its runs have that length, and nine tenths differ from it by at most one sample.
-    Longer runs, of a robot at rest, are not counted. A coarse channel has runs of any length.
+    Two fifths of its runs have this length, and nine tenths differ from it by at most one sample.
+    Longer runs, of a robot at rest, are not counted. A coarse channel has runs of all lengths.
     """
     _, lengths = runs(x)
     k = round(float(np.median(lengths)))
@@ -130,10 +133,10 @@ def held_for(x: FloatArray) -> int:
 
 
 def clipped(x: FloatArray) -> Bools:
-    """Return where a channel is clipped: samples that accumulate at an extreme, (N,).
+    """Return where a channel is clipped, (N,): samples that accumulate at an extreme.
 
     A peak that is rounded to its last digit has nearly as many samples one digit below. A held or
-    coarse channel keeps its other values as long.
+    coarse channel also keeps its other values for as long.
     """
     out = np.zeros(len(x), dtype=bool)
     first, lengths = runs(x)
@@ -161,5 +164,6 @@ def steps(x: FloatArray) -> Places:
     """Return the samples after which a channel steps by five times its usual step."""
     d = np.diff(x)
     around = np.median([np.roll(d, k) for k in (-3, -2, -1, 1, 2, 3)], axis=0)
-    found = np.flatnonzero((np.abs(d - around) > _STEP * usual_step(x))[3:-3]) + 3
-    return found[np.diff(found, prepend=-_APART - 1) > _APART]  # a step and its return are one
+    indices = np.flatnonzero((np.abs(d - around) > _STEP * usual_step(x))[3:-3]) + 3
+    # A step and its return count as one.
+    return indices[np.diff(indices, prepend=-_APART - 1) > _APART]

@@ -1,4 +1,4 @@
-"""The clock of a recorder: rows that it repeats, and stamps that jitter."""
+"""The clock of a recorder: repeated rows, and stamps with jitter."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from symgen.data.raw import FloatArray
 from symgen.data.stretch import GAP
 from symgen.faults.channels import FEW_DIGITS, least_step
 
-#: Step of a position after rows that are held, over the steps before and after.
+#: Step of a position after held rows, over the steps before and after.
 _CATCHES_UP = 1.5
 
 
 def stalled_rows(log: Log) -> Bools:
-    """Return which rows repeat the row before in all channels while the robot moves, (N,).
+    """Return which rows repeat the previous row in all channels while the robot moves, (N,).
 
-    A robot at rest, or slower than the last digit of its positions, repeats rows as well. After a
-    stall of the recorder, a position catches up: it steps further than before and after. Where half
-    of the short repetitions end so, all of them are stalls.
+    A robot at rest, or slower than the last digit of its positions, also repeats rows. After a
+    stall of the recorder, a position catches up: its step is larger than those before and after. If
+    half of the short repetitions end like this, all of them are stalls.
     """
     same = np.ones(len(log.t) - 1, dtype=bool)
     for x in (log.q, log.qd, log.tau):
         for column in x.T if x is not None else ():
             same &= column[1:] == column[:-1]
     fresh = np.flatnonzero(np.concatenate([[True], ~same]))
-    held = spans(same)
-    place = np.searchsorted(fresh, held[:, 0])
+    repeats = spans(same)
+    place = np.searchsorted(fresh, repeats[:, 0])
     inside = (place > 0) & (place + 2 < len(fresh))
-    held, place = held[inside], place[inside]
+    repeats, place = repeats[inside], place[inside]
     before, first, after, last = (fresh[place + k] for k in (-1, 0, 1, 2))
     slow = np.abs(log.q[first] - log.q[before]) / (first - before)[:, None]
     later = np.abs(log.q[last] - log.q[after]) / (last - after)[:, None]
@@ -37,17 +37,17 @@ def stalled_rows(log: Log) -> Bools:
     digits = FEW_DIGITS * np.array([least_step(x) for x in log.q.T])
     far = (step >= _CATCHES_UP * np.maximum(slow, later)) & (step > digits)
     stalls = far.any(axis=1)
-    short = held[:, 1] - held[:, 0] < GAP
+    short = repeats[:, 1] - repeats[:, 0] < GAP
     if 2 * stalls[short].sum() >= short.sum():
         stalls |= short
     at = np.zeros(len(log.t), dtype=bool)
-    for start, end in held[stalls]:
+    for start, end in repeats[stalls]:
         at[start + 1 : end + 1] = True
     return at
 
 
 def uniform_clock(t: FloatArray) -> FloatArray:
-    """Return the times of the uniform clock nearest to stamps (N,), with or without lost rows."""
+    """Return the uniform clock nearest to stamps (N,), with or without lost rows."""
     step = np.diff(t)
     lost = np.cumsum(np.maximum(np.round(step / np.median(step)), 1.0))
     counts = np.arange(len(t), dtype=float), np.concatenate([[0.0], lost])
@@ -67,7 +67,7 @@ def _line(index: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def roughness(q: FloatArray, t: FloatArray) -> float:
-    """Return the usual change of the speed from step to step, a geometric mean over the joints.
+    """Return the typical change of the speed from step to step, a geometric mean over the joints.
 
     Args:
         q: (N, n) positions.

@@ -8,11 +8,11 @@ from typing import Annotated
 
 from symgen.schemas import BESIDE, OrNan
 
-#: Kind of the unit of a column: no fault, but listed with them.
+#: Kind of a unit conversion, which is not a fault but is listed with them.
 CONVERTED = "converted"
 #: Text for a fault that is not corrected.
 LEFT = "left as it is"
-#: Log name of a fault that all logs have.
+#: Log name of a fault in all logs.
 EVERYWHERE = "all logs"
 
 
@@ -26,12 +26,12 @@ class Fault:
         log: name of the log, or EVERYWHERE.
         channel: "t", "q2", "tau2, tau4", "tau" for all joints, or "all".
         fault: text with the value.
-        samples: number of affected samples; 0 for whole columns.
+        samples: number of affected samples; 0 for complete columns.
         done: text on the correction.
-        values: name, value and standard deviation of measured quantities. Speeds are
-            (1 + GV) dq/dt, late by LV s, and off by OV. Torques of all joints were late by DT s and
-            are shifted. `limit` is that of a clipped torque.
-        kind: what is wrong, as a rule of `symgen.faults.samples` or `symgen.faults.speeds` has it.
+        values: name, value and standard deviation of measured quantities. Speeds are (1 + GV)
+            dq/dt, delayed by LV s, with an offset OV. Torques of all joints were delayed by DT s
+            and are shifted. `limit` is that of a clipped torque.
+        kind: kind of the fault, from a rule in `symgen.faults.samples` or `symgen.faults.speeds`.
         joints: indices of the joints; empty for all.
     """
 
@@ -59,7 +59,7 @@ def delay_of(fault: Fault) -> float:
 def merge_faults(faults: Iterable[Fault]) -> list[Fault]:
     """Return one fault for each log, channel and kind, from the faults of several segments.
 
-    Numbers differ slightly between segments; those of the first one are kept.
+    Numbers differ slightly between segments; those of the first segment are kept.
     """
     out: dict[tuple[str, str, str], Fault] = {}
     for f in faults:

@@ -1,4 +1,4 @@
-"""Logs opened and repaired."""
+"""Open and repair logs."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def open_samples(
     Args:
         source: a path, or a log as recorded.
         robot: the robot of the log, with its drive and its torque limits.
-        reading: how the log is read, and what is masked.
-        mask_faults: whether clipped torques and stuck channels are masked.
-        clock: clock of the whole log if this one is a segment, see `sampled`.
+        reading: how to read the log, and what to mask.
+        mask_faults: whether to mask clipped torques and stuck channels.
+        clock: clock of the longer log if this one is a segment, see `sampled`.
 
     Raises:
         LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, or a joint
@@ -49,7 +49,7 @@ def open_samples(
     reading = reading or Reading()
     log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
     step = float(np.median(np.diff(log.t)))
-    if step > 0.5 / LOWEST:  # the steps are too long to show the motion
+    if step > 0.5 / LOWEST:  # the steps are too long for the motion
         raise LogError(
             f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
             f"{2 * LOWEST:g} Hz and more{_time_unit(step)}"
@@ -93,10 +93,10 @@ def open_logs(
 
 
 def require_motion(train: Sequence[Samples], robot: Robot) -> None:
-    """Refuse logs in none of which a joint moves.
+    """Refuse logs if a joint moves in none of them.
 
     Raises:
-        IdentificationError: there is such a joint; the message has the command that fixes it.
+        IdentificationError: a joint never moves; the message contains the command that fixes it.
     """
     comparison = comparison_band(train)
     still = np.flatnonzero(np.all([standing(s, comparison) for s in train], axis=0))
@@ -112,13 +112,13 @@ def require_motion(train: Sequence[Samples], robot: Robot) -> None:
 
 
 def join_bands(
-    train: Sequence[Samples], held: Sequence[Samples], comparison: float | None = None
+    train: Sequence[Samples], held_out: Sequence[Samples], comparison: float | None = None
 ) -> tuple[list[Samples], list[Samples], tuple[Fault, ...]]:
-    """Repair measured speeds that are late or scaled, and torques that are noise throughout.
+    """Repair measured speeds that are delayed or scaled, and torques that contain only noise.
 
     Args:
-        train, held: the logs.
-        comparison: band in which they are compared, Hz; by default that of the training logs.
+        train, held_out: training and held-out logs.
+        comparison: their comparison band, Hz; by default that of the training logs.
     """
     comparison = comparison or comparison_band(train)
     done: list[Fault] = []
@@ -129,4 +129,4 @@ def join_bands(
         done.extend((*repairs, *silent))
         return samples
 
-    return [mended(s) for s in train], [mended(s) for s in held], tuple(done)
+    return [mended(s) for s in train], [mended(s) for s in held_out], tuple(done)

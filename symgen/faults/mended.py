@@ -14,8 +14,8 @@ from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.robot.effect import effect_unit
 
-#: Largest number of plots, and samples that are shown on each side of a change.
-_MOST, _BESIDE = 8, 60
+#: Largest number of plots, and number of samples on each side of a change.
+_MOST, _MARGIN = 8, 60
 _KINDS = {"q": "position", "qd": "speed", "tau": "torque"}
 
 
@@ -29,7 +29,7 @@ class MendedChannel:
         says: the fault and its repair.
         unit: unit of the values.
         recorded: (2, K) t in s and the recorded values.
-        repaired: (2, M) t in s and the values that are used; NaN where they are masked.
+        repaired: (2, M) t in s and the values that symgen uses; NaN where they are masked.
         size: RMS change by the repair, relative to the spread of the channel.
     """
 
@@ -47,10 +47,10 @@ def mended_channels(
     faults: Sequence[Fault],
     sigma: Sequence[int],
 ) -> Iterator[MendedChannel]:
-    """Yield the channels that were repaired, around their largest change.
+    """Yield the repaired channels, around their largest change.
 
     Args:
-        logs: each log as recorded, mapped to the joint side, and as it is used.
+        logs: each log as recorded, mapped to the joint side, and as used.
         faults: the repairs.
         sigma: types of the movable joints.
     """
@@ -68,7 +68,7 @@ def mended_channels(
 
 
 def _fault_of(names: Sequence[str], faults: Sequence[Fault]) -> Fault | None:
-    """Return the fault of a channel; the names that it goes by, the narrowest first."""
+    """Return the fault of a channel; `names` are those of the channel, the narrowest first."""
     for name in names:
         for fault in faults:
             if name in fault.channel.split(", "):
@@ -84,7 +84,7 @@ def largest_repairs(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, .
 def _around_change(
     before: Log, after: Samples, key: str, j: int
 ) -> tuple[FloatArray, FloatArray, float] | None:
-    """Return t and values as recorded and as used, and the size of the change; None if none."""
+    """Return t with recorded and used values, and the size of the change; None without a change."""
     t, x = before.t, getattr(before, key)[:, j]
     used = np.array(getattr(after, key)[:, j])
     if key == "tau" and after.mask is not None:
@@ -95,7 +95,7 @@ def _around_change(
     at = int(np.argmax(change))
     if change[at] <= 1e-9 * spread:
         return None
-    first, last = max(at - _BESIDE, 0), min(at + _BESIDE, len(t) - 1)
+    first, last = max(at - _MARGIN, 0), min(at + _MARGIN, len(t) - 1)
     shown = (after.t >= t[first]) & (after.t <= t[last])
     recorded = np.stack([t[first : last + 1], x[first : last + 1]])
     return recorded, np.stack([after.t[shown], used[shown]]), float(rms(change)) / spread

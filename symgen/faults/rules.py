@@ -1,4 +1,4 @@
-"""Rules: what finds a fault in a channel of a log, how it is undone, and what is said of it."""
+"""Rules: a rule finds a fault in a channel of a log, undoes it, and describes it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from symgen.faults.channels import moves
 from symgen.faults.fault import LEFT, Fault
 from symgen.faults.undo import with_column
 
-_ALIKE = 0.2  # largest difference of values that all joints share, relative to their mean
+_ALIKE = 0.2  # largest difference of a value that all joints share, relative to its mean
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class Channel:
         key: "q", "qd" or "tau" of a joint; "t", or "all" for all channels.
         joint: index of the joint; None for "t" and "all".
         x: (N,) the values; those of t for "all".
-        about: what else a rule has to know.
+        about: further data for the rule.
     """
 
     log: Any
@@ -52,12 +52,12 @@ class Channel:
 
 @dataclass(frozen=True, eq=False)
 class Symptom:
-    """What is wrong with a channel.
+    """The evidence of a fault in a channel.
 
     Attributes:
         samples: number of affected samples.
-        data: what the undo of the rule needs: a mask (N,), or corrected values (N,).
-        numbers: numbers of the message, by name.
+        data: the data to undo it: a mask (N,), or corrected values (N,).
+        numbers: numbers for the message, by name.
         values: measured quantities and their standard deviations, by name.
     """
 
@@ -67,7 +67,7 @@ class Symptom:
     values: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-Found = Sequence[tuple[Channel, Symptom]]
+Findings = Sequence[tuple[Channel, Symptom]]
 
 
 def _keep(log: Any, *_: object) -> Any:
@@ -80,12 +80,13 @@ class Rule:
 
     Attributes:
         kind: as in `Fault`.
-        keys: of the channels that have it.
-        find: returns what is wrong with a channel, or None.
-        message: the fault, with numbers of the findings, {channels} and {log} in braces.
-        done: the repair.
-        undo: returns a log without the fault of a channel, from the log, the channel and the data
-            of the finding; by default the log as it is.
+        keys: keys of the channels that can have it.
+        find: returns the symptom of a channel, or None.
+        message: description of the fault, with numbers of the symptoms, {channels} and {log} in
+            braces.
+        done: description of the repair.
+        undo: returns a log without the fault, from the log, the channel and the data of the
+            symptom; by default the unchanged log.
     """
 
     kind: str
@@ -95,39 +96,39 @@ class Rule:
     done: str = LEFT
     undo: Callable[[Any, Channel, Any], Any] = _keep
 
-    def found(self, log: Any, about: Any = None) -> Found:
-        """Return the channels of a log that have the fault, and what is wrong with each."""
+    def search(self, log: Any, about: Any = None) -> Findings:
+        """Return the channels of a log with the fault, and their symptoms."""
         pairs = ((channel, self.find(channel)) for channel in _channels(log, self.keys, about))
         return [(channel, finding) for channel, finding in pairs if finding is not None]
 
-    def undone(self, log: Any, found: Found) -> Any:
-        """Return a log without what was found."""
-        for channel, finding in found:
+    def without(self, log: Any, findings: Findings) -> Any:
+        """Return a log without the faults in `findings`."""
+        for channel, finding in findings:
             log = self.undo(log, channel, finding.data)
         return log
 
-    def fault(self, found: Found) -> Fault:
-        """Return one fault for everything that was found in a log."""
-        log, key = found[0][0].log, found[0][0].key
-        joints = tuple(dict.fromkeys(c.joint for c, _ in found if c.joint is not None))
-        every = {c.name for c, _ in found} == {f"{key}{j + 1}" for j in range(log.q.shape[1])}
+    def fault(self, findings: Findings) -> Fault:
+        """Return one fault for all symptoms in a log."""
+        log, key = findings[0][0].log, findings[0][0].key
+        joints = tuple(dict.fromkeys(c.joint for c, _ in findings if c.joint is not None))
+        every = {c.name for c, _ in findings} == {f"{key}{j + 1}" for j in range(log.q.shape[1])}
         every = every and len(joints) > 1
-        channels = key if every else ", ".join(c.name for c, _ in found)
-        numbers = {x: _between([f.numbers[x] for _, f in found]) for x in found[0][1].numbers}
+        channels = key if every else ", ".join(c.name for c, _ in findings)
+        numbers = {x: _between([f.numbers[x] for _, f in findings]) for x in findings[0][1].numbers}
         return Fault(
             log.name,
             channels,
             self.message.format(channels=channels, log=log.name, **numbers),
-            sum(f.samples for _, f in found),
+            sum(f.samples for _, f in findings),
             self.done,
-            tuple(_values(found, every)),
+            tuple(_values(findings, every)),
             kind=self.kind,
             joints=() if every else joints,
         )
 
 
 def _channels(log: Any, keys: Iterable[str], about: Any) -> Iterator[Channel]:
-    """Yield the channels of a log with some keys."""
+    """Yield the channels of a log with these keys."""
     for key in keys:
         x = log.t if key in ("t", "all") else getattr(log, key)
         if x is not None and x.ndim == 1:
@@ -137,19 +138,19 @@ def _channels(log: Any, keys: Iterable[str], about: Any) -> Iterator[Channel]:
                 yield Channel(log, key, j, np.ascontiguousarray(column), about)
 
 
-def _values(found: Found, every: bool) -> Iterator[tuple[str, float, float]]:
+def _values(findings: Findings, every: bool) -> Iterator[tuple[str, float, float]]:
     """Yield the measured quantities of some joints, or of every joint.
 
-    The name of a quantity ends with the number of its joint, if there are several joints. A value
-    that all joints share is one of the recorder.
+    The name of a quantity ends with its joint number if there are several joints. A value that all
+    joints share belongs to the recorder.
     """
-    for name in found[0][1].values:
-        pairs = np.array([finding.values[name] for _, finding in found])
+    for name in findings[0][1].values:
+        pairs = np.array([finding.values[name] for _, finding in findings])
         value, std = pairs.mean(axis=0).tolist()
-        if len(found) == 1 or (every and np.ptp(pairs[:, 0]) <= _ALIKE * abs(value)):
+        if len(findings) == 1 or (every and np.ptp(pairs[:, 0]) <= _ALIKE * abs(value)):
             yield name, value, std
             continue
-        for (channel, _), (x, error) in zip(found, pairs.tolist(), strict=True):
+        for (channel, _), (x, error) in zip(findings, pairs.tolist(), strict=True):
             yield name + channel.name.removeprefix(channel.key), x, error
 
 
@@ -165,16 +166,16 @@ def with_values(log: Any, c: Channel, x: FloatArray) -> Any:
 
 
 def apply(rules: Iterable[Rule], log: Any, about: Any = None) -> tuple[Any, tuple[Fault, ...]]:
-    """Repair a log by one rule after the other; each sees the earlier repairs.
+    """Repair a log by one rule after the other; each rule gets the log with the earlier repairs.
 
     Args:
         rules: the rules.
         log: a log, or samples.
-        about: what else the rules have to know.
+        about: further data for the rules.
     """
     faults: list[Fault] = []
     for rule in rules:
-        if found := rule.found(log, about):
-            log = rule.undone(log, found)
-            faults.append(rule.fault(found))
+        if findings := rule.search(log, about):
+            log = rule.without(log, findings)
+            faults.append(rule.fault(findings))
     return log, tuple(faults)

@@ -1,8 +1,8 @@
-"""Faults that samples alone show: one table of rules, each with its finder and its undo.
+"""Faults that samples alone reveal: a table of rules, each with its finder and its undo.
 
-The first rules look at a log as recorded, and the others at its samples with uniform steps. What
-cannot be undone in samples needs a new record. Thresholds are ratios to the usual steps and the
-last digit of a channel.
+The first rules take a log as recorded, the others its samples with uniform steps. Faults that
+cannot be undone need a new recording. Thresholds are relative to the usual steps and the last digit
+of a channel.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from symgen.data.raw import FloatArray, read_only
 from symgen.data.signals import STEP_TOLERANCE, Samples
 from symgen.faults.channels import (
     clipped,
-    held_for,
+    hold_length,
     least_step,
     outliers,
     runs,
@@ -36,20 +36,20 @@ from symgen.faults.undo import bridged, mask_samples, sloped
 from symgen.names import PRISMATIC
 from symgen.robot.types import WITHOUT_MOTOR
 
-_BRIEF = 3  # rows of a stall that are interpolated, and fewest rows of stalls
-#: Samples before and after a torque that show whether the motion follows it, and standard
-#: deviations of that.
+_BRIEF = 3  # interpolated rows of a stall, and minimum number of rows in stalls
+#: Samples before and after a torque peak that show whether the motion follows it, and threshold in
+#: standard deviations.
 _AFTER, _FOLLOWS = 5, 4.0
-#: Largest change of the speed from step to step along a uniform clock, over that with the stamps.
+#: Largest ratio of speed changes from step to step, along a uniform clock over along the stamps.
 _CLOCK = 0.8
-#: Shortest run of a channel that is stuck, in samples and over its other runs; smallest step after
-#: it, in usual steps; speed of a moving joint over its RMS; share of a log without a signal.
+#: Shortest run of a stuck channel, in samples and over its other runs; smallest step after it, in
+#: usual steps; speed of a moving joint over its RMS; share of a log without a signal.
 _STUCK, _LONGER, _LEAVES, _MOVES, _DEAD = 20, 10.0, 3.0, 0.1, 0.5
-_VARIED = 10  # runs of other lengths that tell which one is usual
+_VARIED = 10  # runs of other lengths, which give the usual length
 
 
 def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
-    """Repair what single samples of a log as recorded show.
+    """Repair faults that single samples of a recorded log reveal.
 
     Args:
         log: the log, mapped to the joint side.
@@ -64,7 +64,7 @@ def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
 
 
 def masked_stalls(log: Log, samples: Samples) -> Samples:
-    """Mask the rows of stalls of the recorder that are too long to be interpolated.
+    """Mask the rows of stalls of the recorder that are too long to interpolate.
 
     Args:
         log: the log without these rows.
@@ -80,7 +80,7 @@ def masked_stalls(log: Log, samples: Samples) -> Samples:
 
 
 def _missing(c: Channel) -> Symptom | None:
-    """Find values that were missing for a short time and interpolated while reading."""
+    """Find missing values, in gaps short enough that reading interpolates them."""
     lost = _lost(c, c.log)
     short = int((lost & ~long_runs(lost)).sum())
     return Symptom(short) if short else None
@@ -94,7 +94,7 @@ def _lost(c: Channel, log: Log) -> Bools:
 
 
 def _stalled(c: Channel) -> Symptom | None:
-    """Find rows that repeat the row before in all channels while the robot moves."""
+    """Find rows that repeat the previous row in all channels while the robot moves."""
     at = stalled_rows(c.log)
     if at.sum() <= _BRIEF:
         return None
@@ -103,11 +103,11 @@ def _stalled(c: Channel) -> Symptom | None:
 
 
 def _wrapped(c: Channel) -> Symptom | None:
-    """Find angles that jump by a turn between samples of a slow motion."""
-    whole = None if c.about[c.joint] == PRISMATIC else unwrapped(c.x, 2 * np.pi)
-    if whole is None:
+    """Find angles that jump by one turn between samples of a slow motion."""
+    unwrapped_x = None if c.about[c.joint] == PRISMATIC else unwrapped(c.x, 2 * np.pi)
+    if unwrapped_x is None:
         return None
-    return Symptom(int(np.sum(np.abs(np.diff(whole - c.x)) > np.pi)), whole)
+    return Symptom(int(np.sum(np.abs(np.diff(unwrapped_x - c.x)) > np.pi)), unwrapped_x)
 
 
 def _unsigned(c: Channel) -> Symptom | None:
@@ -120,7 +120,7 @@ def _unsigned(c: Channel) -> Symptom | None:
 
 
 def _outliers(c: Channel) -> Symptom | None:
-    """Find single samples that stand out, but for torques that the motion follows."""
+    """Find single outliers, except torques that the motion follows."""
     at = outliers(c.x)
     if len(at) == 0 or (c.key == "tau" and _follows(c.q, (c.x - without(c.x, at)))):
         return None
@@ -128,14 +128,14 @@ def _outliers(c: Channel) -> Symptom | None:
 
 
 def _follows(q: FloatArray, height: FloatArray) -> bool:
-    """Return whether the speed of a joint changes where its torque stands out.
+    """Return whether the speed of a joint changes at the peaks of its torque.
 
-    With h the height of the torque and e the change of the mean speed from the samples before it
-    to those after it, h e is zero on average for a torque that was not there.
+    h is the height of a torque peak, and e the change of the mean speed from before it to after it.
+    For a torque that did not act, h e is zero on average.
 
     Args:
         q: (N,) position of the joint.
-        height: (N,) how far its torque stands out.
+        height: (N,) heights of the torque peaks.
     """
     change, reach = np.zeros(len(q)), _AFTER + 1
     moved = q[_AFTER:] - q[:-_AFTER]
@@ -147,7 +147,7 @@ def _follows(q: FloatArray, height: FloatArray) -> bool:
 
 def _held(c: Channel) -> Symptom | None:
     """Find channels that hold their value between readings."""
-    k = held_for(c.x) if c.moves else 1
+    k = hold_length(c.x) if c.moves else 1
     if k == 1:
         return None
     first, _ = runs(c.x)
@@ -155,7 +155,7 @@ def _held(c: Channel) -> Symptom | None:
 
 
 def _jitter(c: Channel) -> Symptom | None:
-    """Find stamps that jitter: the motion is smoother along a uniform clock."""
+    """Find stamps with jitter: the motion is smoother along a uniform clock."""
     t, q = c.x, c.log.q
     step = np.diff(t)
     usual = np.median(step)
@@ -167,7 +167,7 @@ def _jitter(c: Channel) -> Symptom | None:
     return Symptom(len(t), clock, {"ms": 1e3 * float(np.std(clock - t))})
 
 
-#: Rules for logs as recorded; they know the types of the joints.
+#: Rules for logs as recorded; their further data are the types of the joints.
 RECORDED = (
     Rule("missing", ("q", "qd", "tau"), _missing, "empty cells", "interpolated"),
     Rule(
@@ -201,14 +201,14 @@ RECORDED = (
 
 
 def _gap(c: Channel) -> Symptom | None:
-    """Find values that are missing for too long to be interpolated."""
+    """Find values that are missing for too long to interpolate."""
     return _masked(c, long_runs(_lost(c, c.about)))
 
 
 def _masked(c: Channel, at: Bools, **numbers: float) -> Symptom | None:
-    """Return the finding of a mask (N,) at the times of the log as recorded; None if it is empty.
+    """Return the symptom of a mask (N,) at the times of the recorded log; None if it is empty.
 
-    The numbers are both those of the message and measured.
+    The numbers are those of the message, and also the measured quantities.
     """
     if not at.any():
         return None
@@ -238,8 +238,8 @@ def _stuck(c: Channel) -> Symptom | None:
 def _constant(c: Channel, x: FloatArray, log: Log | Samples) -> Bools:
     """Return where a channel keeps a value much longer than usual while the robot moves, (N,).
 
-    A position is compared with the measured speed, a speed with the position, a torque with all
-    positions. A position or a speed that is stuck steps when it goes on, if it ever does.
+    A position is compared with the measured speed, a speed with the position, and a torque with all
+    positions. A stuck position or speed steps when it continues, if it does.
 
     Args:
         c: the channel of samples.
@@ -271,12 +271,12 @@ def _constant(c: Channel, x: FloatArray, log: Log | Samples) -> Bools:
 
 
 def _fast(speeds: FloatArray) -> Bools:
-    """Return where a joint is faster than a part of its RMS speed, (N,), from speeds (N, k)."""
+    """Return where a joint is faster than a share of its RMS speed, (N,), from speeds (N, k)."""
     return np.asarray((np.abs(speeds) > _MOVES * rms(speeds)).any(axis=1))
 
 
 def _joints(log: Any, c: Channel) -> Sequence[int]:
-    """Return the joints whose equations a channel spoils: its own by a torque, otherwise all."""
+    """Return the joints whose equations a channel affects: one for a torque, otherwise all."""
     return [c.joint or 0] if c.key == "tau" else range(log.q.shape[1])
 
 
@@ -284,7 +284,7 @@ def _mask(samples: Samples, c: Channel, at: Bools) -> Samples:
     return mask_samples(samples, at, _joints(samples, c))
 
 
-#: Rules for samples with uniform steps; they know the log as recorded.
+#: Rules for samples with uniform steps; their further data are the recorded log.
 GAPS = (
     Rule("gap", ("q", "qd"), _gap, "empty cells in a row", "masked, for all joints", _mask),
     Rule("gap", ("tau",), _gap, "empty cells in a row", "masked", _mask),
@@ -303,19 +303,19 @@ SAMPLED = (
 )  # fmt: skip
 
 
-# What needs a new record.
+# Faults that need a new recording.
 
 
 def unmended_faults(samples: Samples, passive: Sequence[int] = ()) -> Iterator[Fault]:
-    """Find faults that need a new record: channels without a signal, and positions that step.
+    """Find faults that need a new recording: channels without a signal, and positions with steps.
 
     Args:
         samples: a log with uniform steps.
-        passive: places of the joints that no motor drives: they have no torque.
+        passive: indices of the joints without a motor, which have no torque.
     """
     for rule in LASTING:
-        if found := rule.found(samples, passive):
-            yield rule.fault(found)
+        if findings := rule.search(samples, passive):
+            yield rule.fault(findings)
 
 
 def _dead(c: Channel) -> Symptom | None:
@@ -340,7 +340,7 @@ _CONSTANT = (
     "{channels} of {log} is constant from t = {since} s to {until} s while the robot moves: check "
     "the sensor"
 )
-#: Rules for what needs a new record; they know the passive joints.
+#: Rules for faults that need a new recording; their further data are the passive joints.
 LASTING = (
     Rule("stuck", ("q",), _dead, _CONSTANT),
     Rule("stuck", ("tau",), _dead, f"{_CONSTANT}; if no motor drives the joint, {WITHOUT_MOTOR}"),

@@ -1,4 +1,4 @@
-"""Measured speeds and torques against the motion, in a band."""
+"""Compare measured speeds and torques with the motion, in a band."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from symgen.faults.rules import Channel, Rule, Symptom, apply, with_values
 from symgen.faults.undo import shifted
 from symgen.policy import BEYOND, LEAST
 
-#: Correlation of speeds with dq/dt below which they are of something else; part of the squared
-#: difference to dq/dt that gain, delay and offset explain.
+#: Smallest correlation of speeds with dq/dt; below it they measure something else. Share of the
+#: squared difference to dq/dt that gain, delay and offset must explain.
 _CORRELATED, _EXPLAINED = 0.9, 0.2
 _SLOPES = 5.0  # band in which speeds are compared, in comparison bands
 _PASSES = 3  # to find a delay of many samples
@@ -35,8 +35,9 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
 
         qd = (1 + GV) v(t - LV) + OV,    v = dq/dt
 
-    A speed is replaced by v if the fit differs from v by what matters, and explains a fifth of the
-    squared difference of the speed to v; or if the speed is not correlated with v.
+    v replaces a speed if the fit differs from v by more than what matters. The fit must also
+    explain a fifth of the squared difference between the speed and v. v also replaces a speed
+    without correlation to v.
 
     Args:
         samples: a log with uniform steps and measured speeds.
@@ -46,7 +47,7 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
 
 
 def silenced_torques(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Fault, ...]]:
-    """Take the torque of a joint as zero that is noise throughout while the joint moves.
+    """Set the torque of a joint to zero if it contains only noise while the joint moves.
 
     Args:
         samples: a log with uniform steps.
@@ -57,7 +58,7 @@ def silenced_torques(samples: Samples, comparison_hz: float) -> tuple[Samples, t
 
 
 def standing(samples: Samples, comparison_hz: float) -> Bools:
-    """Return which joints stand still throughout, (n,): what they seem to move is noise."""
+    """Return which joints never move, (n,): their positions contain only noise."""
     band = _within(comparison_hz, samples.step)
     low = lowpass(samples.q, samples.step, band)
     quiet = np.std(low, axis=0) <= BEYOND * _noise(samples.q - low, samples.step, band)
@@ -65,12 +66,12 @@ def standing(samples: Samples, comparison_hz: float) -> Bools:
 
 
 def _within(band: float, step: float) -> float:
-    """Return a band in Hz, or the largest that logs of this step have."""
+    """Return a band in Hz, limited to the largest one that this sampling step allows."""
     return min(band, 0.5 * OPEN / step)
 
 
 def _noise(high: FloatArray, step: float, band: float) -> FloatArray:
-    """Return the standard deviation in a band, (k,), of white noise with this part above it."""
+    """Return the standard deviation in a band, (k,), of white noise with `high` above the band."""
     return white_noise(high, step, band) * math.sqrt(2 * band * step)
 
 
@@ -103,7 +104,7 @@ def _speed(c: Channel) -> Symptom | None:
     explained = rest <= (1 - _EXPLAINED) * float(np.mean(difference**2))
     if alike >= _CORRELATED and not (explained and error > LEAST * float(rms(v[at]))):
         return None
-    # Filtered rows are correlated: one per period of the low-pass counts.
+    # Filtered rows are correlated: only one per period of the low-pass counts.
     std = np.sqrt(rest * max(longest / step, 1.0) / np.sum(A**2, axis=0)).tolist()
     values = {
         "GV": (float(gain - 1), std[0]),
@@ -115,7 +116,7 @@ def _speed(c: Channel) -> Symptom | None:
 
 
 def _drowned(samples: Samples, comparison_hz: float) -> Bools:
-    """Return which torques are noise throughout, (n,), if not all are.
+    """Return which torques contain only noise, (n,); none if all do.
 
     The RMS of noise is uncertain by 1 / sqrt(4 B T) in a band B.
     """
@@ -127,17 +128,17 @@ def _drowned(samples: Samples, comparison_hz: float) -> Bools:
 
 
 def _silent(c: Channel) -> Symptom | None:
-    """Find a torque that is noise throughout while its joint moves."""
+    """Find a torque that contains only noise while its joint moves."""
     return Symptom(len(c.x), np.zeros(len(c.x))) if c.about[c.joint] else None
 
 
-#: It knows the comparison band, Hz.
+#: Its further data are the comparison band, Hz.
 SPEED = Rule(
     "speed", ("qd",), _speed,
     "{gain} times dq/dt, {late} ms late, off by {offset}, correlation {alike}",
     "replaced by dq/dt", with_values,
 )  # fmt: skip
-#: It knows which torques are noise.
+#: Its further data are the torques that contain only noise.
 SILENT = Rule(
     "silent", ("tau",), _silent, "noise throughout while the joint moves", "taken as zero",
     with_values,

@@ -39,14 +39,14 @@ def with_column(log: Rows, key: str, j: int, x: FloatArray) -> Rows:
 
 
 def mask_samples(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
-    """Return samples that are masked at some samples (N,) for some joints."""
+    """Mask some samples (N,) for some joints."""
     joint = np.zeros(samples.q.shape, dtype=bool)
     joint[:, list(joints)] = at[:, None]
     return samples.masked(joint, at)
 
 
 def bridged(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
-    """Return samples with positions interpolated over a time, and masked there."""
+    """Interpolate positions over some samples, and mask these."""
     q, t = samples.q.copy(), samples.t
     for j in joints:
         q[at, j] = interpolated(t[~at], q[~at, j])(t[at])
@@ -54,7 +54,7 @@ def bridged(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
 
 
 def sloped(samples: Samples, at: Bools, j: int) -> Samples:
-    """Return samples with the speed of a joint replaced by dq/dt at some samples."""
+    """Replace the speed of a joint by dq/dt at some samples."""
     q, step = samples.q[:, j], samples.step
     q = lowpass(q, step, _SMOOTH) if can_filter(_SMOOTH, step) else q
     return with_column(samples, "qd", j, np.where(at, differentiate(q, step), samples.qd[:, j]))
@@ -79,7 +79,7 @@ def shifted(x: FloatArray, delay: float, step: float) -> FloatArray:
 def with_earlier_torques(
     samples: Samples, delay: float, joints: Sequence[int] | None = None
 ) -> Samples:
-    """Return samples with torques measured `delay` s earlier, of some joints or of all."""
+    """Shift the torques of some joints, or of all, earlier by `delay` s."""
     tau = samples.tau.copy()
     for j in range(tau.shape[1]) if joints is None else joints:
         tau[:, j] = shifted(tau[:, j], delay, samples.step)
@@ -89,7 +89,7 @@ def with_earlier_torques(
 def with_known_shifts(
     samples: Samples, shifts: Sequence[Fault]
 ) -> tuple[Samples, tuple[Fault, ...]]:
-    """Return a log with the torques shifted as an estimate did, and the repairs of this log."""
+    """Shift the torques of a log as an estimate did; return also the repairs of this log."""
     for fault in shifts:
         samples = with_earlier_torques(samples, delay_of(fault))
     return samples, tuple(replace(f, log=samples.name, samples=len(samples.t)) for f in shifts)
@@ -99,10 +99,10 @@ def with_known_shifts(
 
 
 def earlier(log: FilteredLog, delay: float, joints: Sequence[int]) -> FilteredLog:
-    """Return a log with torques of some joints measured `delay` s earlier.
+    """Shift the torques of some joints earlier by `delay` s.
 
-    If this needs torques outside the log, these joints are masked there, unless the ends of the log
-    that are left out anyway are longer.
+    If this needs torques outside the log, these joints are masked there, unless the ends that are
+    left out anyway already cover it.
     """
     samples = with_earlier_torques(log.samples, delay, joints)
     if abs(delay) > ENDS / 2:
@@ -114,12 +114,12 @@ def earlier(log: FilteredLog, delay: float, joints: Sequence[int]) -> FilteredLo
 def rearranged(
     log: FilteredLog, order: Sequence[int], factors: Mapping[str, FloatArray]
 ) -> FilteredLog:
-    """Return a log with some channels taken from other columns, and multiplied.
+    """Take some channels of a log from other columns, and multiply them.
 
     Args:
-        log: in the band of the run.
-        order: (n,) column of each joint.
-        factors: (n,) of each joint, by channel; other channels stay.
+        log: log in the band of the run.
+        order: (n,) source column of each joint.
+        factors: (n,) factors of the joints, by channel; other channels stay unchanged.
     """
     samples: dict[str, Any] = {}
     motion: dict[str, Any] = {}
@@ -135,11 +135,11 @@ def _taken(x: FloatArray, order: Sequence[int]) -> FloatArray:
 
 
 def sharpened(log: FilteredLog, time: float, joints: Sequence[int]) -> FilteredLog:
-    """Return a log with tau + T d(tau)/dt in place of tau, for some joints."""
+    """Replace tau of some joints by tau + T d(tau)/dt."""
     smooth = log.rows.cutoff
     if smooth is None:
         slope = np.gradient(log.tau, log.step, axis=0)
-    else:  # the slope of what the comparison band passes
+    else:  # the slope within the comparison band
         _, slope = lowpass_and_slopes(log.tau, log.step, 2 * smooth, 1)
     tau = log.tau.copy()
     tau[:, list(joints)] += time * slope[:, list(joints)]
@@ -147,7 +147,7 @@ def sharpened(log: FilteredLog, time: float, joints: Sequence[int]) -> FilteredL
 
 
 def backwards(log: FilteredLog) -> FilteredLog:
-    """Return a log in reversed time: the last sample first, speeds with the opposite sign."""
+    """Reverse a log in time: the last sample comes first, and speeds change their sign."""
     samples = log.samples
     turned = {key: read_only(getattr(samples, key)[::-1]) for key in ("q", "tau")}
     changed: dict[str, Any] = {**turned, "qd": read_only(-samples.qd[::-1])}
@@ -162,7 +162,7 @@ def backwards(log: FilteredLog) -> FilteredLog:
 
 
 def left_out(log: FilteredLog, at: slice, joints: Sequence[int]) -> FilteredLog:
-    """Return the log without the equations of some samples and joints."""
+    """Leave out the equations of some samples and joints."""
     there = np.zeros(len(log.t), dtype=bool)
     there[at] = True
     return replace(log, samples=mask_samples(log.samples, there, joints))

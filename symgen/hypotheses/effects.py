@@ -23,7 +23,7 @@ from symgen.estimation.logs import LATE
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.priors import START, prior_of, sought_definition, sought_searches
 from symgen.hypotheses.score import Columns, Key
-from symgen.parallel import in_order, own_threads
+from symgen.parallel import in_order, thread_count
 from symgen.robot.effect import OWN, Definition, SearchRange, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
@@ -187,7 +187,7 @@ class LogColumns:
             filtered = partial(self._filtered, strides=strides, thin=thin)
             starts = range(0, len(of_kind), _BATCH)
             batches = [of_kind[k : k + _BATCH] for k in starts]
-            threads = min(own_threads(), len(batches))
+            threads = min(thread_count(), len(batches))
             yield from itertools.chain.from_iterable(in_order(filtered, batches, threads))
 
     def _filtered(

@@ -267,7 +267,7 @@ def _of_rests(band: Band, held: TorqueFit) -> tuple[str, ...]:
         "joints stand still at times, where static friction can take any value between its limits: "
         f"{errors}; rows at rest have {weights} times the weight of "
         "rows in motion"
-        for errors in held.told_apart
+        for errors in held.motion_note
     )
 
 

@@ -24,7 +24,7 @@ from symgen.estimation.estimators import Wls
 from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
-from symgen.estimation.masking import require_left
+from symgen.estimation.masking import require_equations
 from symgen.estimation.solve import (
     IdentifiableColumns,
     Solution,
@@ -139,7 +139,7 @@ def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool =
     progress("choosing the band")
     train, held, more = join_bands(opened.train, opened.held)
     threads = opened.threads
-    band = choose_band(evaluator, train, cutoff, own_speeds=own_speeds, threads=threads)
+    band = choose_band(evaluator, train, cutoff, measured_speeds=own_speeds, threads=threads)
     progress(f"band: {band.in_words()}")
     logs, others = ([filter_log(s, band) for s in group] for group in (train, held))
     repairs = (*opened.repairs, *more)
@@ -333,7 +333,7 @@ def _equations(run: Run, model: EquationModel) -> list[EquatedLog]:
 def _require_equations(logs: Sequence[EquatedLog], robot: Robot) -> None:
     """Refuse logs whose masks leave too few equations."""
     for part in logs:
-        require_left(part.log, part.equations, robot)
+        require_equations(part.log, part.equations, robot)
 
 
 def _best_model(

@@ -14,7 +14,7 @@ import numpy as np
 from symgen import names
 from symgen.codegen.model import Model, derive, regrouping
 from symgen.codegen.values import Values, named_values
-from symgen.errors import ParameterError, SymgenError, told_by
+from symgen.errors import ParameterError, SymgenError, message_of
 from symgen.estimation.band import Band
 from symgen.estimation.estimators import Prior
 from symgen.estimation.system import torque_at
@@ -169,7 +169,7 @@ def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
         content = load_json(text) if path.suffix == ".json" else load_toml(text)
     except (OSError, ValueError, RecursionError) as error:
         raise ParameterError(
-            f"{path}: cannot be read ({told_by(error)}); accepted: estimate.json, or TOML with "
+            f"{path}: cannot be read ({message_of(error)}); accepted: estimate.json, or TOML with "
             "[parameters]"
         ) from error
     table = content.get("parameters") if isinstance(content, dict) else None

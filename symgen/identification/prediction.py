@@ -135,7 +135,7 @@ def predict(
         noise=judged.noise,
         band=opened.band,
         repairs=opened.repairs,
-        notes=(*opened.notes, *compared.told_apart),
+        notes=(*opened.notes, *compared.motion_note),
         torque=Trace(filtered.name, "validation", "torque", filtered.t, measured, torque),
         kinetic=kinetic[:, 0],
         potential=potential[:, 0],

@@ -33,7 +33,7 @@ from symgen.estimation.covariance import bartlett, scores
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Ols
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.logs import held_from, open_log
+from symgen.estimation.logs import first_held_out, open_log
 from symgen.estimation.solve import (
     PASSES,
     least_squares_solution,
@@ -51,7 +51,7 @@ from symgen.identification.assessment import Outcome, outcome
 from symgen.identification.model_choice import ChosenModel, OpenLogs
 from symgen.identification.settle import settle
 from symgen.identification.solving import Method
-from symgen.parallel import Say, in_order, own_threads
+from symgen.parallel import Say, in_order, thread_count
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
@@ -269,7 +269,7 @@ def sample_logs(
 
 def _split(s: Stretch) -> list[Stretch]:
     """Hold out the last fifth of a stretch."""
-    edge = s.rows[0] + held_from(s.count)
+    edge = s.rows[0] + first_held_out(s.count)
     late = replace(s.between(edge, s.rows[1]), name=f"{s.name} (last fifth)", kind="validation")
     return [s.between(s.rows[0], edge), late]
 
@@ -304,7 +304,7 @@ def open_long_logs(
     progress("deriving and compiling the model")
     return LongLogs(
         load_model(text, kernels), data.train, data.held, data.repairs, bool(validation), progress,
-        own_threads() if executor is None else 1,
+        thread_count() if executor is None else 1,
         sampled=data, about=(text, kernels), executor=executor,
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ from symgen import names
 from symgen.errors import ParameterError
 from symgen.robot.effect import Definition, SearchRange, definitions, effect_unit
 
-_MARGIN = 20  # of what is said of an effect
+_MARGIN = 20  # columns of the labels of an effect
 _KINDS = {
     "linear": "linear: columns in every kernel, in C and CasADi",
     "model": "model: needs the model's own torque; measured by symgen diagnose",
@@ -19,7 +19,7 @@ _KINDS = {
 
 
 def effect_list() -> list[tuple[str, str, str]]:
-    """Return name, kind and meaning of every effect of the library."""
+    """Return name, kind and meaning of every effect in the library."""
     return [(d.name, d.kind, d.says) for d in definitions().values()]
 
 
@@ -38,15 +38,15 @@ def explain_effect(name: str) -> str:
     lines = [
         (head, formula),
         ("kind", _KINDS[d.kind]),
-        ("coefficients", "; ".join(_coefficient(d, key) for key in d.linear) or "none of its own"),
+        ("coefficients", "; ".join(_coefficient(d, key) for key in d.linear) or "none"),
         ("constants", "; ".join(_constant(key, s) for key, s in d.nonlinear.items()) or "none"),
         ("pattern", d.pattern),
         ("hard to tell from", d.confused or "nothing known"),
-        ("to tell them apart", d.separate),
+        ("how to distinguish", d.separate),
     ]
     out = [*textwrap.wrap(f"{d.name}: {d.says}", 100), ""]
-    for label, said in lines:
-        first, *rest = textwrap.wrap(said, 100 - _MARGIN, break_long_words=False) or [""]
+    for label, text in lines:
+        first, *rest = textwrap.wrap(text, 100 - _MARGIN, break_long_words=False) or [""]
         out += [f"{label:<{_MARGIN}}{first}", *(" " * _MARGIN + line for line in rest)]
     out.append(f"{'in robot.toml':<{_MARGIN}}{_declaration(d)}")
     return "\n".join(out)
@@ -70,7 +70,7 @@ def _constant(key: str, search: SearchRange) -> str:
 
 def _declaration(d: Definition) -> str:
     if d.native in names.FRICTION:
-        return f'friction = ["{d.native}"] of the joint, beside its other words'
+        return f'friction = ["{d.native}"] of the joint, in addition to its other words'
     if d.native == "rotor":
         return "rotor_inertia = true of the joint (the default)"
     if d.native == "coupling":
@@ -78,7 +78,7 @@ def _declaration(d: Definition) -> str:
     if d.native == "payload":
         return "[payload] with joint = j, the link that carries it"
     if d.kind == "linear" and not d.torque:
-        return "[[effect]] with a name, joints = [j], torque and linear of your own"
+        return "[[effect]] with a name, joints = [j], your torque and linear"
     if not d.declarable:
         return "not declared there: symgen diagnose measures it"
     constants = ", ".join(f"{key} = {_middle(s):.3g}" for key, s in d.nonlinear.items())

@@ -1,4 +1,4 @@
-"""Shorten formulas of base parameters: common factors once, long sums with an ellipsis."""
+"""Shorten formulas of base parameters: factor out common factors, abbreviate long sums."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _NAME = re.compile(r"([A-Z]+)(\d+)")
 
 
 def folded(formula: str) -> str:
-    """Return a sum with terms of equal factors collected: "0.1*(M3 + ... + M7)"; six digits.
+    """Return a sum with collected common factors, "0.1*(M3 + ... + M7)", and six digits.
 
-    Groups keep the order of their first terms. Other formulas stay as they are.
+    Groups keep the order of their first terms. Other formulas stay unchanged.
 
     Args:
         formula: such as "ZZ1 + IA1 + 0.1*M3 + 0.1*M4 + 0.1*M5".
@@ -21,7 +21,7 @@ def folded(formula: str) -> str:
     sums: dict[str, list[tuple[str, str]]] = {}
     for sign, term in _terms(six_digits(formula)):
         factor, _, name = term.rpartition("*")
-        if not factor or not _NAME.fullmatch(name):  # it stands alone
+        if not factor or not _NAME.fullmatch(name):  # the term is not part of a group
             factor, name = term, ""
         sums.setdefault(factor, []).append((sign, name))
     parts = []
@@ -48,7 +48,7 @@ def _terms(formula: str) -> list[tuple[str, str]]:
 
 
 def _run(members: list[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Shorten four or more consecutive terms of one sign: M3, M4, M5, M6 become M3, ..., M6."""
+    """Shorten four or more consecutive terms with one sign: M3, M4, M5, M6 become M3, ..., M6."""
     out: list[tuple[str, str]] = []
 
     def key(entry: tuple[int, tuple[str, str]]) -> tuple[str, str, int]:

@@ -1,4 +1,4 @@
-"""Pages: one HTML file that holds everything and asks nothing of a network."""
+"""Pages: one HTML file that contains everything and needs no network."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any
 from symgen.files import rendered
 from symgen.report.content.parts import Banner, Content, Table
 
-#: Letters that fit side by side on a phone.
+#: Letters that fit into one line on a phone.
 _NARROW = 48
-#: Letters of a cell from which it wraps; what stands in a column of numbers, none of it among them.
+#: Length from which a cell wraps, in letters. No entry of a column of numbers is that long.
 _LONG = 24
 _NUMBER = re.compile(r"(▲ )?[-+]?[\d.∞].{0,12}$|$|-$|unknown|searched|never|not determined")
 
 
 def page(content: Content) -> str:
-    """Return a whole HTML page; the same content gives the same text."""
+    """Return the HTML page of some content; the same content gives the same text."""
     views = []
     for section in content.sections:
         figure = None if section.figure is None else section.figure()
@@ -31,7 +31,7 @@ def page(content: Content) -> str:
 
 
 def notebook_panel(content: Content) -> str:
-    """Return the first panel of a page for a notebook: the verdict and the first table."""
+    """Return the first panel of a page, for a notebook: the verdict and the first table."""
     first = next((s for s in content.sections if s.table and s.table.rows), None)
     table = None if first is None or first.table is None else _table(first.table)
     return rendered(
@@ -44,7 +44,7 @@ def notebook_panel(content: Content) -> str:
 
 
 def _banner(banner: Banner | None) -> Banner | None:
-    """Return the verdict as a page writes it: with a capital letter."""
+    """Return the banner for a page: its verdict begins with a capital letter."""
     if banner is None:
         return None
     verdict = banner.verdict.replace("partly-", "partly ").replace("bad-", "bad ")
@@ -52,7 +52,7 @@ def _banner(banner: Banner | None) -> Banner | None:
 
 
 def _table(table: Table) -> dict[str, Any]:
-    """Return what the template places: rows, whether they are pointed out, and styles of cells."""
+    """Return the values for the template: rows, highlighted or not, and styles of cells."""
     columns = list(zip(table.header, *table.rows, strict=True))
     styles = [_style(cells, k == 0) for k, (_, *cells) in enumerate(columns)]
     width = sum(2 + max(map(len, column)) for column in columns)
@@ -67,7 +67,7 @@ def _table(table: Table) -> dict[str, Any]:
 
 
 def _style(cells: Sequence[str], first: bool) -> str:
-    """Return how a column is set: "number", "formula", "words" that wrap, "name" or "unit"."""
+    """Return the style of a column: "number", "formula", "words" (which wrap), "name" or "unit"."""
     if not first and all(_NUMBER.match(cell) for cell in cells):
         return "number"
     if any("*" in cell for cell in cells):

@@ -1,4 +1,4 @@
-"""What a folder of results holds, and its page."""
+"""Read and write folders of results and their pages."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ from symgen.runtime.evaluator import Evaluator
 from symgen.schemas import as_json
 
 Result: TypeAlias = Estimate | Diagnosis | Prediction | Payload | Study | SimulationComparison
-#: What has a page: results, and values that no folder of results holds.
+#: Values with a page: results, and values that no folder of results contains.
 Value: TypeAlias = Result | Comparison | Plan | Evaluator
 _PAGE = "report.html"
 
 
 class _Kind(NamedTuple):
-    """A kind of result: its class, what reads its folder, and what is said of it."""
+    """A kind of result: its class, the reader of its folder, and its content for a page."""
 
     made: type
     read: Callable[[Path], Result]
@@ -71,7 +71,7 @@ _KINDS = {
 }
 
 
-#: Of values that no folder of results holds.
+#: Content of values that no folder of results contains.
 _OTHERS: dict[type, Callable[[Any], Content]] = {
     Comparison: comparison_content,
     Plan: plan_content,
@@ -83,21 +83,21 @@ def _kind(result: Result) -> tuple[str, _Kind]:
     return next((name, kind) for name, kind in _KINDS.items() if isinstance(result, kind.made))
 
 
-def content(result: Value, *beside: Robot | None) -> Content:
-    """Return what is said of a result.
+def content(result: Value, *extra: Robot | None) -> Content:
+    """Return the content of a result for a page and a terminal.
 
     Args:
-        result: of identify, diagnose, predict, payload, study, compare, excite or load.
-        beside: of an estimate, the robot, which is drawn; of a diagnosis, the models moved by the
+        result: result of identify, diagnose, predict, payload, study, compare, excite or load.
+        extra: for an estimate, its robot, which is drawn; for a diagnosis, the models moved by the
             measured torques.
     """
     if isinstance(result, Comparison | Plan | Evaluator):
         return _OTHERS[type(result)](result)
-    return _kind(result)[1].say(result, *beside)
+    return _kind(result)[1].say(result, *extra)
 
 
 def load_result(path: str | Path) -> Result:
-    """Read what identify, diagnose, predict, payload or study wrote.
+    """Read the result of identify, diagnose, predict, payload or study.
 
     Args:
         path: the folder, or the JSON file in it.
@@ -121,7 +121,7 @@ def load_result(path: str | Path) -> Result:
 
 
 def result_robot(path: Path) -> Robot | None:
-    """Return the robot that stands in a folder of results, None where there is none to be read."""
+    """Return the robot of a folder of results, or None if there is no readable one."""
     file = (path if path.is_dir() else path.parent) / "robot.toml"
     try:
         return read_robot(file)
@@ -130,10 +130,10 @@ def result_robot(path: Path) -> Robot | None:
 
 
 def result_page(result: Value, robot: Robot | None = None) -> str:
-    """Return the HTML page of a result; the robot of an estimate, where it is known, is drawn."""
+    """Return the HTML page of a result; with the robot of an estimate, the page draws it."""
     if isinstance(result, Diagnosis):
-        told = "Figures over time are on the page that diagnose wrote: its folder holds no curves."
-        result = replace(result, notes=(*result.notes, told))
+        note = "Figures over time are on the page that diagnose wrote: its folder holds no curves."
+        result = replace(result, notes=(*result.notes, note))
     return page(content(result, *([robot] if isinstance(result, Estimate) else [])))
 
 
@@ -144,20 +144,20 @@ def write(
     robot: Robot | None = None,
     more: Mapping[str, bytes] | None = None,
 ) -> tuple[Path, ...]:
-    """Write a result as its command does: JSON, a page that opens offline, and what goes with them.
+    """Write a result as its command does: JSON, a page that opens offline, and further files.
 
     Args:
-        result: of identify, diagnose, predict, payload or study.
-        folder: a new or empty folder, or one that symgen wrote, which is replaced; whole or not at
-            all.
-        robot: what was identified, for its drawing and its file beside an estimate.
+        result: result of identify, diagnose, predict, payload or study.
+        folder: a new or empty folder, or a folder written by symgen, which is replaced. On an
+            error, no file is written.
+        robot: the identified robot, for its drawing and its file in the folder of an estimate.
         more: names and contents of further files.
 
     Returns:
         The paths of the files.
 
     Raises:
-        PackageError: the folder holds something else, or cannot be written.
+        PackageError: the folder contains other files, or cannot be written.
     """
     files = result_files(result, robot) | dict(more or {})
     write_folder(Path(folder), files, _kind(result)[0])
@@ -168,14 +168,14 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
     """Return the files of a folder of results.
 
     Args:
-        result: what was found.
-        robot: what was identified, for its drawing and its file beside an estimate.
+        result: the result.
+        robot: the identified robot, for its drawing and its file in the folder of an estimate.
 
     Returns:
-        The JSON and report.html; of an estimate NAME_values.h, curves.npz, from which figures are
-        drawn, and robot.toml where the robot is given; of a diagnosis robot.toml and
-        parameters.toml of the extended robot, and its package under generated/; of a prediction
-        prediction.csv; of a payload curves.npz; of simulated robots window.csv.
+        The JSON and report.html. Also, for an estimate: NAME_values.h, curves.npz with the data of
+        the figures, and robot.toml if `robot` is set; for a diagnosis: robot.toml and
+        parameters.toml of the extended robot, and its package under generated/; for a
+        prediction: prediction.csv; for a payload: curves.npz; for simulated robots: window.csv.
     """
     if isinstance(result, Diagnosis):
         result, files = _diagnosis_files(result)
@@ -196,7 +196,7 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
 
 
 def _diagnosis_files(diagnosis: Diagnosis) -> tuple[Diagnosis, dict[str, bytes]]:
-    """Return a diagnosis with what its folder adds, and its other files: page, robot, package."""
+    """Return a diagnosis with its file digests, and its other files: page, robot, package."""
     extended = diagnosis.extended
     package = generate(derive(extended, "all")).files
     files = {
@@ -208,6 +208,6 @@ def _diagnosis_files(diagnosis: Diagnosis) -> tuple[Diagnosis, dict[str, bytes]]
     if values:
         band = None if diagnosis.band is None else as_json(diagnosis.band)
         files[PARAMETERS] = parameters_toml(values.items(), band).encode()
-    # Who gets the folder can check that its files are those of this diagnosis.
+    # The recipient of the folder can check that its files belong to this diagnosis.
     digests = {path: hashlib.sha256(data).hexdigest() for path, data in sorted(files.items())}
     return replace(diagnosis, digests=digests), files

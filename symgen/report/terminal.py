@@ -1,4 +1,4 @@
-"""What the command line prints: tables and verdicts on stdout."""
+"""Print to the command line: tables and verdicts on stdout."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from symgen.report.store import Value
     from symgen.robot.types import Robot
 
-_SHORT = 20  # letters of a cell that does not wrap
+_SHORT = 20  # maximum length of a cell that does not wrap
 _COLOURS = {"good": "green", "warn": "yellow", "bad": "red"}
-#: Letters that a terminal may not have.
+#: Letters that a terminal may not support.
 _PLAIN = str.maketrans({"▲": "!", "∞": "inf", "±": "+-", "‖": "||", "√": "sqrt ", "é": "e"})
 
 
 def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
-    """Print a table no wider than the terminal; a file or a pipe gets it in full width.
+    """Print a table no wider than the terminal; files and pipes get the full width.
 
-    Cells wrap between words. Where the longest words of the columns have no room side by side, a
-    row becomes a paragraph.
+    Cells wrap between words. If the longest words of the columns do not fit into a line, a row
+    becomes a paragraph.
     """
     from rich.console import Console
     from rich.table import Column, Table
@@ -40,7 +40,7 @@ def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
     columns = (Column(Text(name), width=width) for name, width in zip(header, widths, strict=True))
     grid = Table(*columns, box=None, pad_edge=False, header_style="bold")
     for row in rows:
-        grid.add_row(*map(Text, row))  # as text: brackets in a name are no markup
+        grid.add_row(*map(Text, row))  # as Text, so that brackets in a name are no markup
     console = Console(highlight=False, width=sum(widths) + 2 * len(widths))
     with console.capture() as captured:
         console.print(grid)
@@ -49,13 +49,13 @@ def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
 
 
 def _room() -> int | None:
-    """Return how many letters a line of the terminal has; None for a file or a pipe."""
+    """Return the number of letters in a line of the terminal; None for a file or a pipe."""
     shown = sys.stdout is not None and sys.stdout.isatty()  # None: closed by the shell
     return shutil.get_terminal_size().columns if shown else None
 
 
 def _widths(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[int] | None:
-    """Return the widths of the columns; None where their words have no room side by side."""
+    """Return the widths of the columns; None if their longest words do not fit into a line."""
     columns = [[name, *cells] for name, *cells in zip(header, *rows, strict=True)]
     wanted = [max(map(len, column)) for column in columns]
     least = [
@@ -69,26 +69,27 @@ def _widths(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[in
     if spare < 0:
         return None
     widths, left = least, sorted(range(len(least)), key=lambda k: wanted[k] - least[k])
-    for done, k in enumerate(left):  # who needs least is served first, and the rest share
+    # the narrowest columns get their width first, and the rest is shared
+    for done, k in enumerate(left):
         more = min(wanted[k] - least[k], spare // (len(left) - done))
         widths[k], spare = least[k] + more, spare - more
     return widths
 
 
 def _parts(text: str, head: bool) -> list[str]:
-    """Return what stays in one line: words; a short cell, such as "0.445 N m", as a whole."""
+    """Return the parts that do not wrap: words, or a short cell such as "0.445 N m"."""
     return text.split(" ") if head or len(text) > _SHORT else [text]
 
 
 def _paragraph(header: tuple[str, ...], row: tuple[str, ...]) -> str:
-    """Return a row as text: its first cell, then the others with the heads of their columns."""
+    """Return a row as text: its first cell, then the others with the headers of their columns."""
     first, *others = row
-    told = [
+    cells = [
         f"{name}: {cell}" if name else cell
         for name, cell in zip(header[1:], others, strict=True)
         if cell
     ]
-    return "\n".join(filter(None, (first, wrapped("; ".join(told), "  "))))
+    return "\n".join(filter(None, (first, wrapped("; ".join(cells), "  "))))
 
 
 def wrapped(text: str, indent: str = "") -> str:
@@ -97,7 +98,7 @@ def wrapped(text: str, indent: str = "") -> str:
     if room is None or len(indent + text) <= room:
         return indent + text
     lines = textwrap.wrap(
-        text.replace(" %", "\xa0%"),  # a number and its sign stay together
+        text.replace(" %", "\xa0%"),  # no break between a number and its percent sign
         room,
         initial_indent=indent,
         subsequent_indent=indent + "  ",
@@ -108,7 +109,7 @@ def wrapped(text: str, indent: str = "") -> str:
 
 
 def say(text: str, nl: bool = True) -> None:
-    """Print a text, in plain letters where the terminal has no others: dots of Braille as stars."""
+    """Print a text; replace letters that the terminal does not support."""
     try:
         text.encode(getattr(sys.stdout, "encoding", None) or "utf-8")
     except UnicodeEncodeError:
@@ -148,7 +149,7 @@ def print_model(model: Any) -> None:
 
 
 def print_simulation(done: Simulation, robot: Robot) -> None:
-    """Print how far, how fast and how hard each joint of a simulation moves, and what was done."""
+    """Print the largest position, speed and torque of each joint of a simulation, and the notes."""
     rows = [
         (
             robot.label(number),
@@ -163,37 +164,36 @@ def print_simulation(done: Simulation, robot: Robot) -> None:
 
 
 def print_result(result: Value) -> bool:
-    """Print what is said of a result: what was done, tables, notes, and the verdict at the end.
+    """Print a result: notes on the logs, tables, and the verdict at the end.
 
     Returns:
-        Whether the answer is yes: trusted, consistent, explained, steady; of others it is no
-        question.
+        Whether the verdict is positive (trusted, consistent, explained, ...), or there is none.
     """
     from symgen.report.store import content
 
-    said = content(result)
-    print_content(said)
-    return said.good
+    shown = content(result)
+    print_content(shown)
+    return shown.good
 
 
-def print_content(said: Content) -> None:
-    """Print what is said of a result."""
-    for line in said.lead:
+def print_content(content: Content) -> None:
+    """Print the content of a result."""
+    for line in content.lead:
         say(wrapped(line))
-    if said.banner is not None:
-        _print_verdict(said.banner)
-    for section in (s for s in said.sections if s.told is not None):
+    if content.banner is not None:
+        _print_verdict(content.banner)
+    for section in (s for s in content.sections if s.printed is not None):
         if section.table is not None and section.table.rows and not section.folded:
             click.echo(f"\n{click.style(section.heading, bold=True)}")
             table(section.table.header, section.table.rows)
-        for line in section.told or ():
+        for line in section.printed or ():
             say(wrapped(line))
-    for line in said.run:
+    for line in content.run:
         say(wrapped(line))
 
 
 def _print_verdict(banner: Banner) -> None:
-    """Print the verdict, why, and the few numbers that matter."""
+    """Print the verdict, its reasons, and the most important numbers."""
     start = "" if banner.tone == "plain" else "verdict: "
     say("\n" + start + click.style(banner.verdict, fg=_COLOURS.get(banner.tone), bold=True))
     headline = [banner.headline] if banner.headline else []

@@ -1,4 +1,4 @@
-"""The views of a result in Python: figures and the first panel of its page."""
+"""The views of a result in Python: figures, and the first panel of its page."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def figure(result: Value, name: str | None = None) -> Figure:
     """Return a figure of the page of a result.
 
     Args:
-        result: what a function of symgen returned.
+        result: a result of a function of symgen.
         name: heading of the figure on the page; by default its first figure.
 
     Raises:
@@ -38,7 +38,7 @@ def figure(result: Value, name: str | None = None) -> Figure:
 
 
 def _figures(result: Value) -> Iterator[tuple[str, Figure]]:
-    """Yield heading and figure of the sections that have one, drawn when asked for."""
+    """Yield heading and figure of the sections that have one; each is drawn on demand."""
     for section in content(result).sections:
         found = None if section.figure is None else section.figure()
         if found is not None:

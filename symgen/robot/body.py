@@ -1,4 +1,4 @@
-"""Frames and rigid bodies in numbers, and what a robot file of another program holds.
+"""Numeric frames and rigid bodies, and the identified values that a robot file can contain.
 
 Frames are homogeneous transforms (4, 4), rotations (3, 3), vectors (3,). Their entries are floats
 or numbers with 50 digits.
@@ -58,7 +58,7 @@ class Body:
 
     Attributes:
         joint: number of the joint in the file. A payload is part of its link.
-        mass: kg.
+        mass: mass, kg.
         com: centre of mass (3,), m.
         inertia: inertia matrix (3, 3) about the centre of mass, kg m2. Entry (0, 1) is
             -integral of x y dm.
@@ -70,7 +70,7 @@ class Body:
     inertia: Array
 
     def moved(self, placed: Array) -> Body:
-        """Return the body in another frame, in which its own frame is `placed`, (4, 4)."""
+        """Return the body in another frame, in which its present frame is `placed`, (4, 4)."""
         R = placed[:3, :3]
         return replace(self, com=R @ self.com + placed[:3, 3], inertia=R @ self.inertia @ R.T)
 
@@ -107,7 +107,7 @@ class JointDynamics:
         armature: inertia of the rotor on the joint side, kg m2 or kg.
         damping: viscous friction, N m s/rad or N s/m.
         frictionloss: Coulomb friction, N m or N.
-        stiffness: of a spring, N m/rad or N/m.
+        stiffness: stiffness of a spring, N m/rad or N/m.
         springref: position of the joint at which the spring has no torque, rad or m.
     """
 
@@ -140,7 +140,7 @@ class CouplingDynamics:
 
 @dataclass(frozen=True, eq=False)
 class Dynamics:
-    """All that a robot file can hold of an identified robot.
+    """All identified values that a robot file can contain.
 
     Attributes:
         bodies: the links in the frames of their joints, fixed ones included.

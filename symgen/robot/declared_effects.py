@@ -1,4 +1,4 @@
-"""Effects as a robot file declares them: of the library, or with their own torque."""
+"""Effects as a robot file declares them: from the library, or with a torque of the file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def of_library(
     """Return an effect of the library on one joint.
 
     Args:
-        definition: from `definitions`.
+        definition: an effect from `definitions`.
         joint: number of the joint.
         sigma: type of the joint.
         constants: name in the library -> value of each nonlinear constant.
@@ -52,7 +52,7 @@ def _torque(
     constants: Mapping[str, sp.Expr],
     geometry: Mapping[str, sp.Expr],
 ) -> sp.Expr:
-    """Parse a torque. Its constants stay symbols; their values must be accepted too.
+    """Parse a torque. Its constants stay symbols, but their values must also be valid.
 
     Raises:
         RobotError: the torque is not an expression of the grammar.
@@ -64,7 +64,7 @@ def _torque(
     with located("key 'torque'"):
         expr = expressions.parse(text, known, functions)
         expressions.check_powers(expr)
-        # Refuse what could not be read again from a file that symgen writes.
+        # Refuse a torque that symgen could not read again from a file that it writes.
         expr = expressions.parse(expressions.text(expr), known, functions)
         expressions.check_powers(expressions.parse(text, known, functions, values))
     return expr
@@ -79,19 +79,19 @@ def of_file(
     variables: Collection[str],
     geometry: Mapping[str, sp.Expr],
 ) -> Effect:
-    """Return an effect with a torque from a robot file.
+    """Return an effect whose torque is defined in a robot file.
 
     Args:
         name: name in the file.
-        joint: number of the joint on which it acts.
+        joint: number of the joint on which the torque acts.
         torque: expression, linear in the names of `linear`.
         linear: coefficient -> unit.
         nonlinear: constant -> value.
         variables: q1, qd1, ... that may occur.
-        geometry: named length -> value; these may occur too.
+        geometry: named length -> value; these names may also occur.
 
     Raises:
-        RobotError: the torque is not of the grammar, or not linear in its coefficients.
+        RobotError: the torque does not follow the grammar, or is not linear in its coefficients.
     """
     expr = _torque(torque, (*variables, *linear), nonlinear, geometry)
     symbols = [sp.Symbol(n, real=True) for n in linear]
@@ -173,7 +173,7 @@ def from_table(
             accepted = ", ".join(n for n, d in known.items() if d.declarable)
             raise RobotError(
                 f"key 'name': {expressions.shortened(table.name)!r} is no effect that needs no "
-                f"'torque'{where}; accepted: {accepted}, or an own name with a torque"
+                f"'torque'{where}; accepted: {accepted}, or another name with a torque"
             )
         if table.linear:
             raise RobotError("key 'linear': an effect of the library has its own")
@@ -188,10 +188,10 @@ def from_table(
 
 
 def torque_variables(joint: int, movable: Iterable[int]) -> list[str]:
-    """Return the variables that the torque of an own effect may contain.
+    """Return the variables that a torque from the file may contain.
 
     Args:
-        joint: number of the joint on which it acts.
+        joint: number of the joint on which the torque acts.
         movable: numbers of all movable joints.
     """
     return [*(f"{letter}{k}" for letter in ("q", "qd") for k in movable), f"taur{joint}"]
@@ -202,6 +202,6 @@ def _declared_by(definition: Definition) -> str:
         return f"a word of the joint's friction: {definition.native!r}"
     if definition.native:
         return {"rotor": "rotor_inertia of the joint"}.get(
-            definition.native, f"a table of its own: {definition.native}"
+            definition.native, f"a separate table: {definition.native}"
         )
     return f"kind {definition.kind}: a robot file does not declare it"

@@ -22,8 +22,8 @@ from symgen.robot.types import Robot
 
 #: A point on a joint axis, and its unit direction, both in frame 0.
 Line = tuple[Array, Array]
-_PARALLEL = 1e-9  # sine of the angle of two axes
-#: Sine of an angle of two axes below which their common normal can lie far outside the robot.
+_PARALLEL = 1e-9  # sine of the angle between two axes
+#: Sine of an angle between axes below which their common normal can be far outside the robot.
 NEARLY_PARALLEL = 0.05
 _TOUCH = 1e-12  # m
 _TIE = 1e-9  # rad
@@ -41,10 +41,10 @@ def frames(robot: Robot, q: dict[int, float]) -> list[NDArray[np.float64]]:
         at = sum((c * q[k] for k, c in joint.shares), joint.offset)
         slides = joint.slides
         theta, r = joint.theta + (0 if slides else at), joint.r + (at if slides else 0)
-        own = out[joint.antecedent]
+        frame = out[joint.antecedent]
         for axis, *lengths in ((2, joint.gamma, joint.b), (0, joint.alpha, joint.d), (2, theta, r)):
-            own = own @ screw(axis, *map(float, lengths)).astype(float)
-        out.append(own)
+            frame = frame @ screw(axis, *map(float, lengths)).astype(float)
+        out.append(frame)
     return out
 
 
@@ -56,13 +56,13 @@ def norm(a: Array) -> Any:
 def turned_by(rotation: Array, within: float = TOLERANCE) -> tuple[Any, Any, Any]:
     """Return roll, pitch and yaw of a rotation.
 
-    If pitch is a right angle within a bound, only the sum or the difference of roll and yaw is
-    defined; roll is then zero.
+    If the pitch is a right angle within `within`, only the sum or the difference of roll and yaw is
+    defined. Roll is then zero.
     """
     digits, (x, y, z) = context(), rotation.T
-    level = digits.hypot(x[0], x[1])
-    pitch = digits.atan2(-x[2], level)
-    if level < within:
+    horizontal = digits.hypot(x[0], x[1])
+    pitch = digits.atan2(-x[2], horizontal)
+    if horizontal < within:
         return digits.mpf(0), pitch, digits.atan2(-y[0], y[1])
     return digits.atan2(y[2], z[2]), pitch, digits.atan2(x[1], x[0])
 
@@ -75,7 +75,8 @@ def nearly_parallel(first: Array, second: Array) -> bool:
 def normal(first: Line, second: Line, parallel: float = _PARALLEL) -> Line | None:
     """Return the common normal of two lines: its foot on the first line, and its direction.
 
-    For parallel lines, the foot is the point of the first line. None if the lines coincide.
+    For parallel lines, the foot is the point of the first line. The result is None if the lines
+    coincide.
 
     Args:
         first, second: the lines.
@@ -86,16 +87,16 @@ def normal(first: Line, second: Line, parallel: float = _PARALLEL) -> Line | Non
     sine = norm(across)
     if sine > parallel:
         return point + along * (np.cross(between, direction) @ across / sine**2), across / sine
-    apart = between - along * (between @ along)
-    distance = norm(apart)
-    return (point, apart / distance) if distance > _TOUCH else None
+    offset = between - along * (between @ along)
+    distance = norm(offset)
+    return (point, offset / distance) if distance > _TOUCH else None
 
 
 def crossing(base: Array, line: Line) -> Array:
     """Return a frame (4, 4) between a frame and a line that is nearly parallel to its z axis.
 
-    Its z axis starts in the origin of the frame and meets the line at a right angle; its origin is
-    the point where they meet. Both joint transforms by way of it are short.
+    Its z axis starts in the origin of the frame and meets the line at a right angle. Its origin is
+    this point. Both joint transforms through this frame are short.
     """
     point, along = line
     origin = base[:3, 3]
@@ -141,7 +142,7 @@ def _turn(sine: Any, cosine: Any) -> Any:
 
 
 def half_turn(angle: Any) -> Any:
-    """Return the angle in (-pi/2, pi/2] of the same line, whatever the rounding errors."""
+    """Return the angle in (-pi/2, pi/2] of the same line, independent of rounding errors."""
     digits = context()
     if angle > digits.pi / 2 + _TIE:
         return angle - digits.pi

@@ -1,10 +1,10 @@
-"""Effects beyond rigid-body dynamics and friction: the library, and the effects of a robot.
+"""Effects beyond rigid-body dynamics and friction: the library, and those of a robot.
 
 An effect is a torque that acts on a joint and is linear in its coefficients:
 
     tau_motor = rigid body + friction - sum of effects,     column = -d(torque)/d(coefficient)
 
-effects.toml is the library. A robot file can also define an effect with its own torque.
+effects.toml is the library. A robot file can also define an effect by a torque.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from symgen.robot import expressions
 from symgen.robot.schema import TableReader, keys
 from symgen.robot.tables import BESIDE, word_check
 
-#: Names with their exact values.
+#: Names with exact values.
 Named = tuple[tuple[str, sp.Expr], ...]
-#: Variables of the joint on which a library torque may depend, and the time from the start of the
-#: log; the last three are for effects of kind log: torque and friction of the model.
+#: Variables of a library torque on its joint. The last three are for effects of kind log only:
+#: torque and friction of the model, and the time from the start of the log.
 OWN = ("q", "qd", "qdd", "taur", "tau", "friction", "t")
 #: Largest number of constants of an effect that a diagnosis searches.
 MAX_RANGES = 2
-#: What the residual of an effect depends on.
+#: Quantities on which the residual of an effect depends.
 _PATTERNS = (
     "velocity-sign", "velocity", "low-speed", "reversal", "position", "spectrum", "load",
     "acceleration", "kinematic", "other-joint", "time", "all",
 )  # fmt: skip
-#: What a constant is a part of where a search tries its values, and its unit in effects.toml.
+#: Scale of the values of a constant in a search, and its unit in effects.toml.
 _SCALES = {
     "speed": "speed",
     "range": "position",
@@ -49,7 +49,7 @@ _SCALES = {
     "gear": "",
 }
 _PERIODS = ("turn", "gear")  # per turn of a revolute joint, per meter of a prismatic one
-#: Unit words of effects.toml by the type of the joint: each unit with its exponent.
+#: Unit words of effects.toml by joint type: each unit with its exponent.
 _POSITION = {names.REVOLUTE: {"rad": 1}, names.PRISMATIC: {"m": 1}}
 _TORQUE = {names.REVOLUTE: {"N": 1, "m": 1}, names.PRISMATIC: {"N": 1}}
 _QUANTITIES = ("torque", "position", "speed", "acceleration", "rad", "m", "s", "1")
@@ -71,8 +71,8 @@ class SearchRange:
 class Definition:
     """An effect of the library (a table of effects.toml), or of a robot file (`own`).
 
-    The torque of an own effect names the variables of any joint, with full names of coefficients
-    and constants. Names of a library effect get the number of the joint.
+    A torque from a file contains the variables of any joint, and full names of coefficients and
+    constants. Names in a library torque get the number of the joint.
     """
 
     name: Annotated[str, BESIDE]
@@ -92,11 +92,11 @@ class Definition:
 
     @property
     def declarable(self) -> bool:
-        """Whether [[effect]] of a robot file may name it."""
+        """Whether [[effect]] in a robot file may use this effect."""
         return self.kind != "log" and bool(self.torque) and not self.native
 
     def unit_of(self, constant: str, sigma: int) -> str:
-        """Return the unit of a constant, which follows from the scale of its search."""
+        """Return the unit of a constant, from the scale of its search."""
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
         if scale in _PERIODS and sigma == names.PRISMATIC:
             return "1/m"
@@ -123,8 +123,8 @@ class Effect:
         joint: number of the joint on which it acts.
         linear: name and unit of each coefficient.
         nonlinear: name and value of each constant.
-        torque: on the joint, in q1, qd1, ... and the names above.
-        own: whether the file defines the torque, rather than the library.
+        torque: torque on the joint, in q1, qd1, ... and the names above.
+        own: whether the file defines the torque, and not the library.
     """
 
     name: str
@@ -136,7 +136,7 @@ class Effect:
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """The joint, as tables list it."""
+        """The joint, for tables with a list of joints."""
         return (self.joint,)
 
     @property
@@ -150,7 +150,7 @@ class Effect:
         return "model" if any(self.loads(name) for name, _ in self.linear) else "linear"
 
     def loads(self, coefficient: str) -> bool:
-        """Whether the torque of a coefficient depends on the rigid-body torque, taur."""
+        """Return whether the torque of a coefficient depends on the rigid-body torque, taur."""
         return bool(self.column(coefficient).has(sp.Symbol(f"taur{self.joint}", real=True)))
 
     @property
@@ -162,16 +162,16 @@ class Effect:
         return tuple((n, value) for n, (_, value) in zip(library, self.nonlinear, strict=True))
 
     def column(self, coefficient: str) -> sp.Expr:
-        """Return the regressor column of a coefficient, at the constants' values."""
+        """Return the regressor column of a coefficient, at the values of the constants."""
         constants = {sp.Symbol(name, real=True): value for name, value in self.nonlinear}
         return -sp.diff(self.torque, sp.Symbol(coefficient, real=True)).subs(constants)
 
 
 def distinct(effects: Sequence[Effect], taken: Iterable[str]) -> tuple[Effect, ...]:
-    """Return effects, those of the library with a letter after each name that is taken: FSM2b.
+    """Return effects with distinct names: library effects get a letter if a name is taken: FSM2b.
 
     Args:
-        effects: in the order of the file; the first with a name keeps it.
+        effects: effects in the order of the file; the first one with a name keeps it.
         taken: names of lengths and of parameters of couplings.
     """
     used = {*taken, *(name for e in effects if e.own for name in e.names)}
@@ -192,7 +192,7 @@ def distinct(effects: Sequence[Effect], taken: Iterable[str]) -> tuple[Effect, .
 
 
 def _free(name: str, used: Collection[str]) -> str:
-    """Return a name, with the first letter from b on that makes it a new one."""
+    """Return a name that is free, with a letter from b on if needed."""
     letters = iter(string.ascii_lowercase[1:])
     free = name
     while free in used:
@@ -222,7 +222,7 @@ def definition(name: str, table: Mapping[str, Any]) -> Definition:
 
     Args:
         name: name of the effect.
-        table: its table in effects.toml; keys about the search have no place in the definition.
+        table: its table in effects.toml; keys about the search are ignored.
 
     Raises:
         RobotError: a key is missing or its value is not accepted; the message names both.
@@ -245,7 +245,7 @@ def definition(name: str, table: Mapping[str, Any]) -> Definition:
 
 @dataclass(frozen=True)
 class Sought:
-    """An effect whose constants a diagnosis searches.
+    """An effect with constants that a diagnosis searches.
 
     Attributes:
         effect: the effect, with the lower end of each range as its value.
@@ -257,7 +257,7 @@ class Sought:
 
     @property
     def key(self) -> tuple[str, int]:
-        """Its name and the number of its joint, which are unique."""
+        """Its name and joint number, which are unique."""
         return self.effect.name, self.effect.joint
 
     @property
@@ -278,11 +278,7 @@ class Sought:
 
 
 def require_constants(sought: Sequence[Sought]) -> None:
-    """Refuse a robot whose effects still have ranges: it has no model.
-
-    Raises:
-        RobotError: an effect has a range; the message names the first.
-    """
+    """Raise RobotError if effects have ranges, because the robot then has no model."""
     for s in sought:
         (name, joint), (constant, *ends) = s.key, s.ranges[0]
         low, high = map(expressions.text, ends)
@@ -296,11 +292,11 @@ def effect_unit(written: str, sigma: int) -> str:
     """Return the unit for a unit of effects.toml on a joint of this type.
 
     Args:
-        written: quantities, with exponents, below each other: "torque/speed2" is N m s2/rad2.
+        written: quantities with exponents, separated by a slash: "torque/speed2" is N m s2/rad2.
         sigma: type of the joint.
 
     Raises:
-        RobotError: a word is no quantity.
+        RobotError: a word is not a quantity.
     """
     if written == "torque/acceleration":
         return names.unit("IA", sigma)

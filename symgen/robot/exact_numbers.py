@@ -1,7 +1,7 @@
 """Exact numbers from rounded decimals, and short forms of numbers with many digits.
 
-Robot files of other programs round: they write pi/2 as 1.5708, or inside a quaternion with six
-digits. symgen therefore reads an angle near a multiple of pi/24 as that multiple, and computes
+Robot files of other programs contain rounded numbers: pi/2 as 1.5708, or inside a quaternion with
+six digits. symgen therefore reads an angle near a multiple of pi/24 as that multiple, and computes
 placements with 50 digits. It then recognises results that are a fraction of pi, a short decimal, or
 a short decimal times a square root.
 """
@@ -39,7 +39,7 @@ def context() -> Any:
 
 
 def written_fraction(angle: sp.Expr) -> sp.Expr:
-    """Return k pi/24 for a decimal that equals it to the last digit; else the decimal."""
+    """Return k pi/24 for a decimal that equals it to the last digit; otherwise the decimal."""
     if not angle.is_Rational:
         return angle
     k = fraction_of_pi(angle, _LAST * max(1.0, abs(float(angle))))
@@ -47,7 +47,7 @@ def written_fraction(angle: sp.Expr) -> sp.Expr:
 
 
 def fraction_of_pi(value: Any, within: float = TOLERANCE) -> sp.Rational | None:
-    """Return k/24 if the angle is within a bound of k pi/24, else None."""
+    """Return k/24 if the angle is within `within` of k pi/24, otherwise None."""
     digits = context()
     number = digits.mpf(int(value.p)) / int(value.q) if isinstance(value, sp.Rational) else value
     k = int(digits.nint(number * PARTS / digits.pi))
@@ -64,7 +64,7 @@ def last_digit(decimal: sp.Rational) -> float:
 
 
 def snapped(value: Any, within: float) -> Any:
-    """Return the multiple of pi/24 within a bound of an angle, else the angle; 50 digits."""
+    """Return the multiple of pi/24 within `within` of an angle, otherwise the angle; 50 digits."""
     k = fraction_of_pi(value, within)
     return value if k is None else context().pi * int(k.p) / int(k.q)
 
@@ -102,7 +102,7 @@ def to_double(value: Any) -> float:
 
 
 def _short(value: Any) -> sp.Rational | None:
-    """Return the number as a short decimal if it is one, else None."""
+    """Return the number as a short decimal if it is one, otherwise None."""
     rounded = _rounded(value, _SHORT)
     exact = context().mpf(int(rounded.p)) / int(rounded.q)
     return rounded if abs(value - exact) < _SURE else None

@@ -26,7 +26,7 @@ _TOKEN = re.compile(
     r"|(?P<op>\*\*|[-+*/(),]))",
     re.ASCII,
 )
-#: A number, or a fraction of two that is not in a power or below another fraction.
+#: A number, or a fraction of two numbers that is not in a power or below another fraction.
 _NUMBER = r"\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _VALUE = re.compile(rf"(?<![\w./])(?<!\*\*){_NUMBER}/{_NUMBER}|(?<![\w.]){_NUMBER}")
 _DIGITS = 6
@@ -81,8 +81,8 @@ def parse(
 
     Args:
         text: for example "pi/2", "-L1" or "sqrt(2)*L1/2".
-        names: names that may occur; each becomes a real symbol.
-        functions: functions that may occur.
+        names: allowed names; each becomes a real symbol.
+        functions: allowed functions.
         values: name -> expression that replaces its symbol.
 
     Raises:
@@ -227,7 +227,7 @@ class _Parser:
             if divide and factor.is_zero:
                 raise ExpressionError("division by zero")
             factors.append(1 / factor if divide else factor)
-        # In one call: otherwise SymPy multiplies a number into the first sum only.
+        # A single call, because otherwise SymPy multiplies a number into the first sum only.
         return sp.Mul(*factors)
 
     def power(self) -> sp.Expr:
@@ -294,8 +294,8 @@ class _Parser:
 def text(expr: sp.Expr) -> str:
     """Write an expression in the grammar: `parse(text(e)) == e`.
 
-    Terms and factors are sorted by their text, so the result does not depend on the SymPy version
-    or on the hash seed.
+    Terms and factors are sorted by their text. The result therefore does not depend on the SymPy
+    version or on the hash seed.
     """
     return _text(sp.sympify(expr), 0)
 
@@ -305,15 +305,17 @@ def six_digits(formula: str) -> str:
     return _VALUE.sub(_rounded, formula)
 
 
-def _rounded(found: re.Match[str]) -> str:
-    top, _, under = found[0].partition("/")
+def _rounded(match: re.Match[str]) -> str:
+    top, _, under = match[0].partition("/")
     if max(len(top), len(under)) <= _DIGITS:
-        return found[0]
+        return match[0]
     return f"{float(Fraction(top) / Fraction(under or 1)):.{_DIGITS}g}"
 
 
 def _text(expr: sp.Expr, level: int) -> str:
-    """Write `expr` in a sum (level 0), a product (1) or a factor (2), parenthesised as needed."""
+    """Write `expr` in a sum (level 0), a product (1) or a factor (2), with the parentheses it
+    needs.
+    """
     if expr.is_Rational:
         return _parenthesised(_rational(expr), expr < 0 or not expr.is_Integer, level, expr)
     if expr.is_Float:
@@ -360,7 +362,7 @@ def _text(expr: sp.Expr, level: int) -> str:
 
 
 def _rational(value: sp.Rational) -> str:
-    """Write a rational as a short decimal if possible, else as a fraction."""
+    """Write a rational as a short decimal if possible, otherwise as a fraction."""
     if value.is_Integer:
         return str(value)
     digits = format(Decimal(int(value.p)) / Decimal(int(value.q)), "f")

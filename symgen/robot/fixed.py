@@ -1,7 +1,7 @@
-"""Joints that are fixed: the fingers of a gripper, or an axis that is locked during a log.
+"""Fix joints, for example the fingers of a gripper, or an axis that is locked during a log.
 
 A joint that is fixed at q0 keeps its number, its link and its table row; q0 is added to theta or r.
-It has no variable, friction or rotor.
+The joint then has no variable, friction or rotor.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ _ACCEPTED = "NAME, which is held at 0, or NAME=VALUE in rad or m"
 _PER_JOINT = (names.ROTOR, *names.FRICTION.values())
 
 
-def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
+def with_fixed(imported: Imported, fixed: Sequence[str]) -> Imported:
     """Fix some joints of a robot, and the joints that follow them.
 
     Args:
-        found: the robot of the file.
+        imported: the robot of the file.
         fixed: names or numbers of movable joints, with an optional position in rad or m (default
             0): "panda_finger_joint1" or "panda_finger_joint1=0.02".
 
@@ -37,7 +37,7 @@ def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
         RobotError: there is no such movable joint, a position is outside the limits, no movable
             joint remains, or a loop, coupling or effect of the robot involves the joint.
     """
-    robot = found.robot
+    robot = imported.robot
     held: dict[int, sp.Expr] = {}
     for text in fixed:
         with located(f"--fix {shortened(text)}"):
@@ -57,13 +57,13 @@ def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
                         f"{shortened(name)}=VALUE"
                     )
     if not held:
-        return found
+        return imported
     if robot.loops or robot.couplings or robot.effects or robot.sought or robot.drive:
         raise RobotError(
             f"--fix: {robot.name} has loops, couplings, effects or a [drive]; accepted: sigma = 2 "
             "in its robot.toml"
         )
-    joints = tuple(_held(joint, held) for joint in robot.joints)
+    joints = tuple(_substituted(joint, held) for joint in robot.joints)
     if not any(joint.movable for joint in joints):
         raise RobotError(
             f"--fix: no joint of {robot.name} would be movable; accepted: at least one"
@@ -78,22 +78,22 @@ def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
             if values is not None:
                 columns[key] = [values[k] for k in kept]
         limits = replace(limits, **columns)
-    notes = list(found.notes)
+    notes = list(imported.notes)
     for joint in (robot.joints[number - 1] for number in still):
         at = held.get(joint.number)
         where = ", as it follows one" if at is None else f" at {float(at):g}"
         notes.append(f"joint {shortened(joint.name) or joint.number} is held{where}")
     lost = {f"{prefix}{number}" for prefix in _PER_JOINT for number in still}
     return replace(
-        found,
+        imported,
         robot=replace(robot, joints=joints, limits=limits),
-        parameters=tuple(pair for pair in found.parameters if pair[0] not in lost),
+        parameters=tuple(pair for pair in imported.parameters if pair[0] not in lost),
         notes=tuple(notes),
     )
 
 
 def _named(robot: Robot, name: str) -> Joint:
-    """Return a movable joint by its name, or by its number."""
+    """Return a movable joint by its name or number."""
     for joint in robot.movable:
         if name in (joint.name, str(joint.number)):
             return joint
@@ -101,12 +101,12 @@ def _named(robot: Robot, name: str) -> Joint:
     raise RobotError(f"{robot.name} has no such movable joint; accepted: of {known}")
 
 
-def _held(joint: Joint, held: dict[int, sp.Expr]) -> Joint:
+def _substituted(joint: Joint, values: dict[int, sp.Expr]) -> Joint:
     """Return a joint with the positions of the fixed joints substituted."""
-    q = held.get(joint.number)
+    q = values.get(joint.number)
     if joint.follows is not None:
         follows = sp.expand(
-            joint.follows.subs({joint_variable(number): at for number, at in held.items()})
+            joint.follows.subs({joint_variable(number): at for number, at in values.items()})
         )
         if follows.free_symbols & {joint_variable(k) for k, _ in joint.shares}:
             return replace(joint, follows=follows)

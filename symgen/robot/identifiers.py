@@ -10,7 +10,7 @@ from collections.abc import Iterable
 MAX_NAME = 64
 _ENDING = 48  # letters of a name in C
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
-# Headers of C that a generated NAME.h would hide.
+# C headers that a generated NAME.h would hide.
 _HEADERS = frozenset(
     "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal "
     "stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string strings "
@@ -27,37 +27,37 @@ _KEYWORDS = frozenset(
 _RESERVED = re.compile(
     r"X_\w*|(q|qd|qdd|tau|i)\d*|(XX|XY|XZ|YY|YZ|ZZ|MX|MY|MZ|M|IA|IAM|FS|FV|OF|FSM|FVM)(\d+|L)R?"
 )
-# A coefficient becomes NAME_coefficient. The other names of a package have small letters and
+# A coefficient becomes NAME_coefficient in C. Other names of a package have lower-case letters and
 # underscores, except for these.
 _COEFFICIENT = re.compile(r"[A-Z][A-Za-z0-9]*", re.ASCII)
 _API = frozenset("JOINTS PARAMETERS INERTIAL NEAR ROUND VERSION OK OUTLIER STANDARD WIDTH".split())
 
 
 def fits_c(name: str) -> bool:
-    """Whether a name is a valid identifier in C."""
+    """Return whether a name is a valid identifier in C."""
     fits = _IDENTIFIER.fullmatch(name) is not None and len(name) <= MAX_NAME
     return fits and name not in _KEYWORDS
 
 
 def is_robot_name(name: str) -> bool:
-    """Whether a robot can have this name: NAME.h must not hide a header of C."""
+    """Return whether a robot can have this name: NAME.h must not hide a header of C."""
     return fits_c(name) and name not in _HEADERS
 
 
 def is_geometry_name(name: str) -> bool:
-    """Whether a length can have this name: parameters and variables must not use it."""
+    """Return whether a length can have this name: parameters and variables must not use it."""
     return fits_c(name) and _RESERVED.fullmatch(name) is None
 
 
 def is_coefficient_name(name: str) -> bool:
-    """Whether a coefficient of an effect can have this name; in C it becomes NAME_name."""
+    """Return whether a coefficient of an effect can have this name; in C it becomes NAME_name."""
     return is_geometry_name(name) and _COEFFICIENT.fullmatch(name) is not None and name not in _API
 
 
 def c_identifiers(names: Iterable[str], empty: str) -> list[str]:
     """Return an ending of a C identifier for each name: letters, digits and underscores.
 
-    A name that another one has already taken gets a number: a_b, a_b_2.
+    If a name is already taken, it gets a number: a_b, a_b_2.
 
     Args:
         names: any texts.
@@ -75,7 +75,7 @@ def c_identifiers(names: Iterable[str], empty: str) -> list[str]:
 
 
 def c_comment(name: str) -> str:
-    """Return a name as text for a comment of C, which cannot end the comment."""
+    """Return a name as text for a C comment; the text cannot end the comment."""
     return re.sub(r"[^A-Za-z0-9 ._,:+()-]", "_", _ascii(name))[:_ENDING]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from symgen.errors import RobotError, told_by
+from symgen.errors import RobotError, message_of
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import MAX_NAME, is_robot_name, robot_name
 from symgen.robot.types import Robot
@@ -18,13 +18,13 @@ _MAX_FOREIGN_BYTES = 20_000_000  # a URDF can contain geometry for display
 
 @dataclass(frozen=True)
 class Imported:
-    """A robot from another program's file.
+    """A robot from a file of another program.
 
     Attributes:
-        robot: with exact geometry.
+        robot: the robot, with exact geometry.
         parameters: (name, value) of the standard parameters in the file (XX1, FV2).
-        notes: how the robot differs from the file; one line each.
-        assumed: assumptions where the file says nothing; one line each.
+        notes: differences between the robot and the file, one line each.
+        assumed: assumptions for content that the file lacks, one line each.
     """
 
     robot: Robot
@@ -33,19 +33,19 @@ class Imported:
     assumed: tuple[str, ...] = ()
 
 
-def with_name(found: Imported, name: str) -> Imported:
+def with_name(imported: Imported, name: str) -> Imported:
     """Return an imported robot with another name.
 
     Raises:
-        RobotError: the name is no C identifier, or hides a header of C.
+        RobotError: the name is not a C identifier, or hides a C header.
     """
     if not is_robot_name(name):
         raise RobotError(
             f"--name {shortened(name)}: accepted: a C identifier of at most {MAX_NAME} characters "
             f"that is no word and no header of C, such as {robot_name(name)}"
         )
-    notes = tuple(n for n in found.notes if not n.endswith(f" is called {found.robot.name}"))
-    return replace(found, robot=replace(found.robot, name=name), notes=notes)
+    notes = tuple(n for n in imported.notes if not n.endswith(f" is called {imported.robot.name}"))
+    return replace(imported, robot=replace(imported.robot, name=name), notes=notes)
 
 
 def read_text(source: str | Path, accepted: str) -> tuple[str, Path]:
@@ -77,7 +77,7 @@ def read_text(source: str | Path, accepted: str) -> tuple[str, Path]:
             content = file.read(limit + 1)
         text = content.decode("utf-8-sig")
     except (OSError, ValueError) as error:
-        what = f"{shown}: cannot be read as UTF-8 text ({told_by(error)})"
+        what = f"{shown}: cannot be read as UTF-8 text ({message_of(error)})"
         raise RobotError(f"{what}; {accepted}") from error
     if len(content) > limit:
         raise RobotError(f"{shown}: larger than {limit} bytes; {accepted}")

@@ -1,8 +1,8 @@
 """Check of closed chains: both sides of each cut joint must coincide in every position.
 
 Cutting each loop at one joint leaves a tree. Two frames (fixed joints of the file) mark the sides
-of the cut; their origins and z axes must coincide. In a parallelogram, the passive joints are then
-linear in the active ones, q_p = sum of c q_a + constant, which `follows` declares (Khalil and
+of the cut. Their origins and z axes must coincide. In a parallelogram, the passive joints are then
+linear in the active ones, q_p = sum of c q_a + constant. `follows` declares this (Khalil and
 Kleinfinger 1986; Khalil and Dombre 2002).
 """
 
@@ -32,11 +32,15 @@ def require_closed(robot: Robot) -> None:
         places = dh.frames(plain, {j.number: draw.uniform(-1, 1) for j in plain.movable})
         for number, loop in enumerate(robot.loops, 1):
             first, second = (places[j] for j in loop.cut)
-            turned, apart = (math.dist(first[:3, k], second[:3, k]) for k in (2, 3))
-            if max(apart, turned) > _GAP:
-                what = f"{apart:.3g} m" if apart > _GAP else f"{math.degrees(turned):.3g} degrees"
+            turned, distance = (math.dist(first[:3, k], second[:3, k]) for k in (2, 3))
+            if max(distance, turned) > _GAP:
+                what = (
+                    f"{distance:.3g} m"
+                    if distance > _GAP
+                    else f"{math.degrees(turned):.3g} degrees"
+                )
                 raise RobotError(
-                    f"loop {number}: frames {loop.cut[0]} and {loop.cut[1]} come apart by {what} "
-                    "where the joints move; accepted: loops that close with passive joints linear "
+                    f"loop {number}: frames {loop.cut[0]} and {loop.cut[1]} separate by {what} "
+                    "as the joints move; accepted: loops that close with passive joints linear "
                     "in the active ones, as parallelograms do (key 'follows' of a joint)"
                 )

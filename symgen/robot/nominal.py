@@ -1,7 +1,7 @@
-"""The nominal geometry of a robot: what its maker drew, without errors of manufacture.
+"""The nominal geometry of a robot: its design, without manufacturing errors.
 
-A calibrated robot has axes that are parallel to 1e-3 rad and that miss each other by 1e-3 m. Its
-exact geometry separates parameters whose torque is as small. The nominal geometry does not.
+A calibrated robot has axes that are parallel within 1e-3 rad, and that meet within 1e-3 m. Its
+exact geometry separates parameters whose torques differ as little. The nominal geometry does not.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ import sympy as sp
 from symgen.robot.exact_numbers import context, fraction_of_pi
 from symgen.robot.types import Robot
 
-#: Angles within this of a multiple of pi/24 are that multiple.
+#: Angles within this of a multiple of pi/24 are rounded to it.
 ANGLE = 0.01  # rad
 #: Lengths below this share of the reach are zero.
 LENGTH = 1e-3
 
 
 def nominal(robot: Robot) -> Robot:
-    """Return the robot with the angles and lengths that its maker drew; named ones stay."""
+    """Return the robot with nominal angles and lengths; named ones stay unchanged."""
     shortest = LENGTH * reach(robot)
     joints = tuple(
         replace(
@@ -38,7 +38,7 @@ def nominal(robot: Robot) -> Robot:
 
 
 def reach(robot: Robot) -> float:
-    """Return the length of the longest way from the base to a joint, m; 1 where all are zero."""
+    """Return the length of the longest path from the base to a joint, m; 1 if all are zero."""
     far = {0: 0.0}
     for joint in robot.with_values().joints:
         step = sum(abs(float(length)) for length in (joint.b, joint.d, joint.r))

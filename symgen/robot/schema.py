@@ -1,6 +1,6 @@
 """Read the tables of a robot file as the frozen dataclasses of `tables` and `types`.
 
-A message names the table, the key, and what is accepted.
+A message contains the table, the key, and what is accepted.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from symgen.robot.expressions import shortened
 from symgen.robot.tables import ANGLE, BESIDE, NOTATION, PER_JOINT, Before, Check, JointNumber
 
 Table = TypeVar("Table")
-_hints = cache(get_type_hints)  # to evaluate annotations takes longer than to read a table
+# cached, because evaluating annotations takes longer than reading a table
+_hints = cache(get_type_hints)
 _LARGEST = 100  # decimal exponent of the largest number
 _MAX_DENOMINATOR = 10_000
 _MAX_TURNS = 2
@@ -41,11 +42,7 @@ def per_joint(kind: type) -> list[str]:
 
 
 def require_keys(table: Any, known: Collection[str], place: str) -> None:
-    """Refuse what is no table, or has an unknown key.
-
-    Raises:
-        RobotError: the message has the accepted keys.
-    """
+    """Raise RobotError with the accepted keys if a value is not a table, or has an unknown key."""
     if not isinstance(table, dict):
         raise RobotError(
             f"{place}: is not a table; accepted: [name] with keys below it, [[name]] where it "
@@ -73,21 +70,21 @@ class TableReader:
         self.joints, self.movable = joints, movable
         self.geometry: dict[str, sp.Expr] = {}
 
-    def table(self, kind: type[Table], table: Any, place: str, **beside: Any) -> Table:
+    def table(self, kind: type[Table], table: Any, place: str, **more: Any) -> Table:
         """Return a table as a frozen value.
 
         Args:
             kind: the dataclass.
             table: the content in the file.
-            place: words for the table in messages, such as "joint 2".
-            beside: values of the fields that are no keys.
+            place: name of the table in messages, such as "joint 2".
+            more: values of the fields that are not keys.
 
         Raises:
             RobotError: a key is unknown or missing, or its value is not accepted.
         """
         known = keys(kind)
         require_keys(table, known, place)
-        found = dict(beside)
+        found = dict(more)
         for key, value in table.items():
             found[key] = self.value(known[key], value, f"{place}, key {key!r}")
         for f in fields(kind):  # type: ignore[arg-type]  # every kind is a dataclass
@@ -141,7 +138,7 @@ class TableReader:
         return self.angle(value, place) if ANGLE in marks else value
 
     def _require_joint(self, number: int, mark: JointNumber, place: str) -> None:
-        """Refuse the number of a joint that the file has not, or that is not movable."""
+        """Refuse a joint number that the file does not contain, or that is not movable."""
         if mark.movable and number not in self.movable:
             accepted = ", ".join(map(str, self.movable))
             raise RobotError(f"{place}: {number} is not a movable joint; accepted: {accepted}")
@@ -169,11 +166,11 @@ class TableReader:
         """Return a number or a text of the safe grammar as an exact expression.
 
         Args:
-            value: from the file.
+            value: the value in the file.
             known: names that may occur.
 
         Raises:
-            RobotError: it is no expression, or has no finite real value.
+            RobotError: the value is not an expression, or is not finite and real.
         """
         if not isinstance(value, str):
             finite_number(value, "", " or an expression in quotes")
@@ -186,7 +183,7 @@ class TableReader:
             )
             with located(written):
                 expressions.check_finite(self.at_values(expr))
-                # sqrt(L1**2) is |L1|: the sign comes from the value in the file.
+                # sqrt(L1**2) is |L1|: the value in the file determines the sign.
                 expr = expr.replace(
                     lambda e: e.func is sp.Abs,
                     lambda e: e.args[0] if self.at_values(e.args[0]) >= 0 else -e.args[0],
@@ -223,10 +220,10 @@ class TableReader:
 
 
 def finite_number(value: Any, place: str, more: str = "") -> float:
-    """Return a number of a file.
+    """Return a number from a file.
 
     Raises:
-        RobotError: it is none, or not finite; `more` ends what is accepted.
+        RobotError: it is not a finite number; `more` is appended to the accepted input.
     """
     start = f"{place}: accepted: " if place else "accepted: "
     if isinstance(value, bool) or not isinstance(value, (int, float, Decimal)):

@@ -1,7 +1,8 @@
 """The tables of a robot file as frozen values: a dataclass is the schema of its table.
 
-A field is a key. Its annotation says what the key accepts: a number, a text, a list (tuple), an
-exact expression, and conditions. `schema` reads every table by it, and `toml_text` writes it.
+A field is a key. Its annotation describes the accepted values: a number, a text, a list (tuple), an
+exact expression, and conditions. `schema` reads every table by its annotations, and `toml_text`
+writes it.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from symgen import names
 from symgen.robot.body import pose, turn
 from symgen.robot.identifiers import is_coefficient_name, is_geometry_name
 
-#: For the author of another Denavit-Hartenberg table.
+#: For users of another Denavit-Hartenberg notation.
 NOTATION = (
     "; the table is modified Denavit-Hartenberg: d is the length along x and r the length along z "
     "(Craig's a and d), and alpha and d come before theta and r; alpha and a of row j of a "
@@ -26,7 +27,7 @@ NOTATION = (
 )
 CONVENTION = "modified-dh"
 _GEARS = (1e-6, 1e6)
-#: Largest condition number of a matrix of gears, its rows scaled to unit length.
+#: Largest condition number of a gear matrix with rows scaled to unit length.
 _MAX_CONDITION = 1e6
 _SMALLEST_WIDTH = 1e-12
 _MAX_TITLE = 200
@@ -36,7 +37,7 @@ _UNIT = re.compile(r"[A-Za-z0-9 /^().-]{0,40}", re.ASCII)
 
 @dataclass(frozen=True)
 class Check:
-    """A condition on a value, with the words for what is accepted."""
+    """A condition on a value, with a text of the accepted values."""
 
     accepted: str
     passes: Callable[[Any], bool]
@@ -44,29 +45,29 @@ class Check:
 
 @dataclass(frozen=True)
 class Before:
-    """A step from the value in the file to the one that the annotation describes."""
+    """A conversion of the value in the file to the annotated type."""
 
     convert: Callable[[Any], Any]
 
 
 @dataclass(frozen=True)
 class JointNumber:
-    """Of an integer: it is the number of a joint, of a movable one, or 0 for the base."""
+    """Marks an integer as the number of a joint: any joint, a movable one, or 0 for the base."""
 
     movable: bool = False
     base: bool = False
 
 
-#: Of a list: it has one entry for each movable joint.
+#: Marks a list with one entry for each movable joint.
 PER_JOINT = "per joint"
-#: Of an expression: it is an angle in rad.
+#: Marks an expression as an angle in rad.
 ANGLE = "angle"
-#: Of a field that is no key of the file.
+#: Marks a field that is not a key of the file.
 BESIDE = "beside"
 
 
 def word_check(*words: str) -> Check:
-    """Return the condition that a value is one of some words."""
+    """Return the condition that a value is one of `words`."""
     return Check(" or ".join(map(repr, words)), words.__contains__)
 
 
@@ -103,7 +104,7 @@ Title = Annotated[
     ),
 ]
 Name = Annotated[Title, Check("a text that is not empty", bool)]
-# A unit appears in comments of C, in tables and in formulas.
+# A unit is used in C comments, tables and formulas.
 Unit = Annotated[
     str,
     Check(
@@ -168,7 +169,7 @@ class Frame:
     """A frame on a link, such as a flange or a tool: constant in the frame of its joint.
 
     Attributes:
-        name: of the link in a file of another format.
+        name: name of the link in a file of another format.
         joint: number of the joint that moves the link; 0 for the base.
         xyz: origin in the frame of the joint, m.
         rpy: roll, pitch and yaw, rad, as in a URDF: Rot(z, yaw) Rot(y, pitch) Rot(x, roll).
@@ -213,13 +214,13 @@ class Limits:
     boxes: tuple[tuple[Range, Range, Range], ...] = ()
 
     def __post_init__(self) -> None:
-        for key, value in vars(self).items():  # lists are accepted too
+        for key, value in vars(self).items():  # accept lists too
             object.__setattr__(self, key, _tuples(value))
 
-    def over(self, own: Limits | None) -> Limits:
+    def over(self, robot_limits: Limits | None) -> Limits:
         """Return these limits, completed with the limits of a robot."""
-        given = {key: value for key, value in vars(self).items() if value not in (None, ())}
-        return replace(own or Limits(), **given)
+        limits = {key: value for key, value in vars(self).items() if value not in (None, ())}
+        return replace(robot_limits or Limits(), **limits)
 
     @property
     def cell(self) -> bool:
@@ -232,7 +233,7 @@ def _tuples(value: Any) -> Any:
 
 
 def _as_matrix(ratio: Any) -> Any:
-    """Return a list of gear ratios as rows of a diagonal matrix; anything else as it is."""
+    """Return a list of gear ratios as rows of a diagonal matrix; other values unchanged."""
     if not isinstance(ratio, list) or any(isinstance(row, list) for row in ratio):
         return ratio
     return [[x if i == k else 0 for k in range(len(ratio))] for i, x in enumerate(ratio)]
@@ -257,7 +258,7 @@ class Drive:
     Both sides have the same power, so tau_joint = N' tau_motor; and tau_motor = K i.
 
     Attributes:
-        ratio: (n, n) N, in motor turns per joint turn (rad/m where the joint is prismatic).
+        ratio: (n, n) N, in motor turns per joint turn (rad/m for a prismatic joint).
         torque_constant: (n,) K in N m/A on the motor side; None if logs contain torques.
         gain: (n,) factors for the torques on the joint side; None for 1.
         gain_std: (n,) standard deviations of the gains.
@@ -307,18 +308,18 @@ class Servo:
 
 
 _ENDS = Check("a number, or [low, high] to be searched by `symgen diagnose`", lambda x: len(x) == 2)
-#: The value of a constant, or both ends of the range in which a diagnosis searches it.
+#: The value of a constant, or both ends of the range that a diagnosis searches.
 Constant: TypeAlias = sp.Expr | Annotated[tuple[sp.Expr, ...], _ENDS]
 
 
 @dataclass(frozen=True)
 class EffectTable:
-    """[[effect]]: an effect of the library, or one with its own torque.
+    """[[effect]]: an effect of the library, or one with a torque from the file.
 
     Attributes:
-        name: in the library, or any other.
+        name: name in the library, or any other name.
         joints: numbers of the joints.
-        torque: on the joint, in the safe grammar; "" for an effect of the library.
+        torque: torque on the joint, in the safe grammar; "" for an effect of the library.
         linear: unit of each coefficient in the torque.
         nonlinear: value or range of each constant.
     """

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError, SymgenWarning, located, told_by
+from symgen.errors import RobotError, SymgenWarning, located, message_of
 from symgen.files import load_toml
 from symgen.robot import expressions
 from symgen.robot.builtin import library, library_text
@@ -54,7 +54,7 @@ _TABLES = (
     "robot", "geometry", "joint", "coupling", "payload", "limits", "drive", "controller", "log",
     "effect", "loop", "frame",
 )  # fmt: skip
-_GRAVITY = [0, 0, Decimal("-9.81")]  # m/s2, in files that give none
+_GRAVITY = [0, 0, Decimal("-9.81")]  # m/s2, for files without gravity
 _SIDE = Annotated[str, word_check("motor", "link")]
 _FIXED = "a fixed joint (sigma 2) has none"
 _FOLLOWS = (
@@ -132,12 +132,12 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
         try:
             data = load_toml(text.removeprefix("\ufeff"), parse_float=_written)
         except (RecursionError, ValueError) as error:
-            raise RobotError(f"not valid TOML: {told_by(error)}") from error
+            raise RobotError(f"not valid TOML: {message_of(error)}") from error
         return _robot(data, TableReader())
 
 
 def _written(digits: str) -> Decimal:
-    """Return a number of the file; one beyond every decimal counts as infinite."""
+    """Return a number of the file; a number beyond the range of decimals becomes infinite."""
     try:
         return Decimal(digits)
     except ArithmeticError:
@@ -188,7 +188,7 @@ def _once(data: Mapping[str, Any], key: str, kind: type[Any], reader: TableReade
 
 
 def _repeated(data: Mapping[str, Any], key: str) -> list[Any]:
-    """Return the tables with a name that repeats."""
+    """Return the tables of a repeated name."""
     tables = data.get(key, [])
     if not isinstance(tables, list):
         raise RobotError(f"{key}: is not a list; accepted: [[{key}]] for each table")
@@ -208,8 +208,8 @@ def _head(table: Any, reader: TableReader) -> Head:
         return head
     if head.base != names.BASES[0]:
         raise RobotError(
-            "robot, key 'gravity': 'input' has no place beside base = 'imu', whose specific force "
-            "holds gravity; accepted: gravity where the base rests, three numbers"
+            "robot, key 'gravity': 'input' is not possible with base = 'imu', whose specific force "
+            "contains gravity; accepted: gravity where the base rests, three numbers"
         )
     return replace(head, gravity=GRAVITY_INPUT)
 
@@ -237,7 +237,7 @@ def _joints(data: Mapping[str, Any], reader: TableReader) -> tuple[Joint, ...]:
 
 
 def _joint(number: int, table: Any, rotors: bool, reader: TableReader) -> Joint:
-    """Return a joint, without what it follows."""
+    """Return a joint, without its dependence on other joints."""
     place = f"joint {number}"
     require_keys(table, keys(Joint), place)
     fixed = table.get("sigma") == names.FIXED
@@ -289,7 +289,7 @@ def _following(
 
 
 def _require_turning(factor: sp.Expr, leader: Joint, written: str) -> None:
-    """Refuse a factor of a revolute joint that is no fraction, or too large."""
+    """Refuse a factor of a revolute joint that is not a fraction, or too large."""
     place = f"the factor of q{leader.number} is {written}"
     if not (leader.turns and factor.is_Rational):
         raise RobotError(
@@ -321,7 +321,7 @@ def _couplings(tables: Sequence[Any], reader: TableReader) -> tuple[Coupling, ..
 
 
 def _drive(data: Mapping[str, Any], reader: TableReader) -> Drive | None:
-    """Return the drive; `side` is short for the side of positions and torques."""
+    """Return the drive; `side` sets the side of positions and torques."""
     if "drive" not in data:
         return None
     table = data["drive"]
@@ -344,7 +344,7 @@ def _frames(tables: Sequence[Any], reader: TableReader) -> tuple[Frame, ...]:
     """Return the frames of a file.
 
     Raises:
-        RobotError: two have one name.
+        RobotError: two frames have the same name.
     """
     found: dict[str, Frame] = {}
     for number, table in enumerate(tables, 1):
@@ -405,7 +405,7 @@ def _effect(
                 f"{len(ranges)} ranges; accepted: at most {MAX_RANGES}, and numbers for the others"
             )
     values = [x if isinstance(x, tuple) else (x,) for x in table.nonlinear.values()]
-    lowest, *_ = [  # the torque must be valid at every corner of the ranges
+    lowest, *_ = [  # the torque must be valid at all corners of the ranges
         from_table(table, dict(zip(table.nonlinear, corner, strict=True)), sigma, reader.geometry)
         for corner in itertools.product(*values)
     ]

@@ -62,7 +62,7 @@ def _entries(table: Any, *always: str) -> dict[str, Any]:
 
 
 def _joint(joint: Joint) -> dict[str, Any]:
-    """Return the entries of a joint; the default of its antecedent is the joint before it."""
+    """Return the entries of a joint; the default of its antecedent is the previous joint."""
     out = _entries(joint, "friction", "rotor_inertia")
     if not joint.movable:
         del out["friction"], out["rotor_inertia"]
@@ -79,7 +79,7 @@ def _effect(effect: Effect, ranges: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _ratio(drive: Drive) -> list[Any]:
-    """Return the gear ratios as a list if each motor moves its own joint, else as a matrix."""
+    """Return the gear ratios as a list if each motor moves only its joint, else as a matrix."""
     ratio = np.array(drive.ratio)
     diagonal: list[Any] = np.diag(ratio).tolist()
     return diagonal if np.array_equal(ratio, np.diag(diagonal)) else ratio.tolist()
@@ -91,7 +91,7 @@ def _lines(entries: Mapping[str, Any]) -> str:
 
 
 def _value(value: Any) -> str:
-    """Write a value as TOML; an exact one becomes a decimal or a quoted expression."""
+    """Write a value as TOML; an exact value becomes a decimal or a quoted expression."""
     if isinstance(value, dict):
         return f"{{ {', '.join(f'{key} = {_value(v)}' for key, v in value.items())} }}"
     if isinstance(value, (list, tuple)):
@@ -111,7 +111,7 @@ def _value(value: Any) -> str:
 def parameters_toml(
     values: Iterable[tuple[str, float]], band: Mapping[str, Any] | None = None
 ) -> str:
-    """Return parameter values, and the filters that gave them, as the text of a TOML file."""
+    """Return parameter values, and the filters of their estimate, as the text of a TOML file."""
     text = f"[parameters]\n{_lines(dict(values))}"
     return text if band is None else f"{text}\n[band]\n{_lines(band)}"
 

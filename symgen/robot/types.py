@@ -39,7 +39,7 @@ from symgen.robot.tables import (
 )
 
 _VARIABLE = re.compile(r"q\d+")
-#: Gravity in frame 0 if it is an input of the kernels. No length of a file can have these names.
+#: Gravity in frame 0 as an input of the kernels. No length in a file can have these names.
 GRAVITY_INPUT = (
     sp.Symbol("X_g1", real=True),
     sp.Symbol("X_g2", real=True),
@@ -47,12 +47,12 @@ GRAVITY_INPUT = (
 )
 #: The constants of a joint transform in the order of a table.
 LENGTHS = ("gamma", "b", "alpha", "d", "theta", "r")
-_SHOWN = 30  # characters of a name in the table of joints, which is wide
+_SHOWN = 30  # characters of a name in the joint table, which is wide
 #: Columns of `Robot.table`.
 HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
-#: Gravity along z for files that give none, m/s2.
+#: Gravity along z for files without gravity, m/s2.
 EARTH = sp.Rational(-981, 100)
-#: How a robot file says that no motor drives a joint.
+#: The ways to declare a joint without a motor in a robot file.
 WITHOUT_MOTOR = (
     "write actuated = false under its [[joint]] in robot.toml (symgen import FILE writes one)"
 )
@@ -94,7 +94,7 @@ class Joint(Typed):
 
     `follows` is None, or q_j as a linear expression in the symbols q1, q2, ... of other joints.
     `name` is the name of the joint in a file of another format. A joint that is not `actuated` has
-    no motor: its torque is zero.
+    no motor, so its torque is zero.
     """
 
     number: Annotated[int, BESIDE]
@@ -115,7 +115,7 @@ class Joint(Typed):
 
     @property
     def movable(self) -> bool:
-        """Whether the joint has a variable q of its own."""
+        """Whether the joint has a variable q."""
         return not self.fixed and self.follows is None
 
     @property
@@ -130,21 +130,18 @@ class Joint(Typed):
 
     @property
     def offset(self) -> sp.Expr:
-        """q_j where the joints that it follows are at zero."""
+        """q_j with the joints that it follows at zero."""
         if self.follows is None:
             return sp.S.Zero
         return self.follows.subs({joint_variable(k): 0 for k, _ in self.shares})
 
 
 def require_gravity(robot: Robot, what: str) -> None:
-    """Refuse a robot whose gravity, or the motion of whose base, is an input.
+    """Raise RobotError if gravity is an input, or if the base has an IMU.
 
     Args:
         robot: the mechanism.
         what: the use that needs fixed gravity, for the message.
-
-    Raises:
-        RobotError: the robot's gravity is an input, or its base has an IMU.
     """
     if robot.gravity_input:
         raise RobotError(
@@ -167,12 +164,12 @@ class Robot:
         base: "fixed", or "imu" if an IMU measures the motion of the base, an argument of calls.
         geometry: pairs (name, exact value); the names are symbols in the expressions of joints.
         payload: number of the joint whose link carries a load, or None.
-        sought: effects that a diagnosis searches. A robot with any has no model.
+        sought: effects that a diagnosis searches. A robot with such effects has no model.
         frames: frames of links in a file of another format.
         controller: gains of the controller that moved the robot in its logs.
         log_columns: text of --columns for its logs; "" if none.
-        exact: whether its base parameters are those of the exact geometry, however small the torque
-            that separates them, and never those of the nominal geometry.
+        exact: whether its base parameters are always those of the exact geometry, even if the
+            torques that separate them are small.
     """
 
     name: str
@@ -231,7 +228,7 @@ class Robot:
 
     @property
     def labels(self) -> dict[int, str]:
-        """How results call the movable joints, by number."""
+        """Labels of the movable joints in results, by number."""
         return {j.number: names.joint_label(j.number, j.name) for j in self.movable}
 
     def frame(self, name: str) -> Frame:
@@ -250,11 +247,13 @@ class Robot:
         )
 
     def label(self, number: int) -> str:
-        """Return how messages call a joint: by its name in the file, and by its number."""
+        """Return the label of a joint for messages: its name in the file and its number."""
         return names.joint_label(number, self.joint(number).name)
 
     def listed(self, places: Iterable[int]) -> str:
-        """Return movable joints for a message, by their places in q: "elbow (2) and joint 3"."""
+        """Return movable joints as text for a message, by their positions in q: "elbow (2) and
+        joint 3".
+        """
         return names.joints_in_words([self.movable[j].number for j in places], self.labels)
 
     @property
@@ -264,7 +263,7 @@ class Robot:
 
     @property
     def passive(self) -> list[int]:
-        """Places in q of the joints that no motor drives."""
+        """Positions in q of the joints without a motor."""
         return [k for k, joint in enumerate(self.movable) if not joint.actuated]
 
     @property
@@ -282,7 +281,7 @@ class Robot:
         return replace(self, base=names.BASES[0])
 
     def mechanism(self) -> Robot:
-        """Return the robot without what no derivation reads, such as limits and names of joints."""
+        """Return the robot without content that derivations ignore, such as limits and names."""
         joints = tuple(replace(joint, name="", actuated=True) for joint in self.joints)
         return replace(
             self,
@@ -296,7 +295,7 @@ class Robot:
 
     @property
     def loaded(self) -> bool:
-        """Whether an effect depends on the torque of the rigid body."""
+        """Whether an effect depends on the rigid-body torque."""
         return any(e.loads(name) for e in self.effects for name, _ in e.linear)
 
     @property

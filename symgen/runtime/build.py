@@ -1,7 +1,7 @@
 """Compile C sources into a Python module (cffi, API mode), and cache it by digest.
 
 The cache key is the digest of the sources, the compiler with its version, the flags, and the Python
-that loads the module. A build happens in its own folder and ends with one atomic rename, so a
+that loads the module. Each build happens in a separate folder and ends with one atomic rename, so a
 killed build leaves no module. Two processes that need a module at once both build it.
 
 Loading a module runs it: `symgen.cache` describes which files it accepts.
@@ -27,24 +27,24 @@ from types import ModuleType
 
 from symgen.cache import digest, private_folder
 from symgen.errors import BuildError, SymgenWarning
-from symgen.parallel import in_order, own_threads
+from symgen.parallel import in_order, thread_count
 
 _FLAGS = ("-O2", "-fPIC", "-std=gnu11", "-fno-math-errno", "-ffp-contract=fast")
-#: Of the wrapper, which only passes pointers on: a call takes as long, and it compiles in half the
+#: For the wrapper, which only passes pointers on: calls are as fast, and it compiles in half the
 #: time.
 _WRAPPER = ("-O0",)
-_NATIVE = "-march=native"  # all that this machine's processor has
+_NATIVE = "-march=native"  # all instructions of this processor
 _TIMEOUT_SECONDS = 300
 _PROBE_SECONDS = 20
-_SHOWN = 200  # characters of what a compiler prints without an error line
+_SHOWN = 200  # maximum number of characters of compiler output without an error line
 _ONE_LINE = b"int probe(void) { return 1; }\n"
-#: To an assembler's text: zig takes -fsyntax-only as a wish to link, and builds a C library first.
+#: Compile to assembler text. With -fsyntax-only, zig would link, and build a C library first.
 _ASSEMBLE = ("-S", "-o", "-", "-x", "c", "-")
 
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler: its command, and its own name and version."""
+    """A C compiler: its command, and its name and version."""
 
     command: tuple[str, ...]
     version: str
@@ -57,18 +57,18 @@ def find_compiler() -> Compiler | None:
     compiler), the variable CC, cc, gcc, clang, the ziglang wheel (`symgen[cc]`).
     """
     chosen = os.environ.get("SYMGEN_CC", "").strip()
-    return _found(chosen, os.environ.get("CC", ""), os.environ.get("PATH", ""))
+    return _first_working(chosen, os.environ.get("CC", ""), os.environ.get("PATH", ""))
 
 
 def forget_compilers() -> None:
-    """Search for compilers again; the result is otherwise remembered for each environment."""
-    _found.cache_clear()
+    """Forget the compilers; the result of the search is otherwise cached for each environment."""
+    _first_working.cache_clear()
     _probe.cache_clear()
 
 
 @cache
-def _found(wanted: str, cc: str, path: str) -> Compiler | None:
-    """Return the first compiler that answers; `path` lists the folders of commands."""
+def _first_working(wanted: str, cc: str, path: str) -> Compiler | None:
+    """Return the first working compiler; `path` lists the folders of commands."""
     if wanted == "none":
         return None
     candidates: list[tuple[str, ...]] = []
@@ -105,8 +105,8 @@ def _probe(command: tuple[str, ...]) -> tuple[int | None, str]:
 
 def _silent(command: tuple[str, ...]) -> str:
     return (
-        f"{' '.join(command)} does not answer a probe of one line in {_PROBE_SECONDS:g} s and is "
-        "left alone; SYMGEN_CC chooses another compiler"
+        f"{' '.join(command)} does not compile a probe of one line in {_PROBE_SECONDS:g} s and is "
+        "not used; SYMGEN_CC chooses another compiler"
     )
 
 
@@ -123,7 +123,7 @@ def native(compiler: Compiler) -> str:
 
 
 def missing_compiler() -> str:
-    """Return a text: why there is no compiler, and how to install one."""
+    """Return a text with the reason why there is no compiler, and how to install one."""
     wanted = os.environ.get("SYMGEN_CC", "").strip()
     tried = f"SYMGEN_CC is {wanted}" if wanted else "cc, gcc, clang"
     return f"no C compiler was found ({tried}); pip install 'symgen[cc]' brings one"
@@ -140,7 +140,7 @@ def build_module(
     Args:
         sources: name and content of every .c and .h file.
         declarations: the functions that Python uses, in the syntax of cffi.
-        compiler: from `find_compiler`.
+        compiler: the compiler, from `find_compiler`.
         flags: flags for this machine's processor, in addition to those of every build.
 
     Returns:
@@ -161,7 +161,7 @@ def build_module(
     folder = private_folder()
     target = folder / f"{module}{suffix}"
     if target.is_file():
-        with suppress(ImportError):  # of another machine, say: build it again
+        with suppress(ImportError):  # built on another computer, for example: build it again
             return _load(module, target)
     if _probe((*compiler.command, *_ASSEMBLE))[0] is None:
         raise BuildError(_silent(compiler.command))
@@ -189,7 +189,7 @@ def _compile(
     work: Path,
     suffix: str,
 ) -> Path:
-    """Compile the sources and the wrapper in a folder, side by side, and link them."""
+    """Compile the sources and the wrapper in a folder, in parallel, and link them."""
     import cffi
     from cffi import recompiler
 
@@ -204,7 +204,7 @@ def _compile(
     command = (*compiler.command, *_FLAGS)
     commands = [(*command, *_WRAPPER, f"-I{include}", "-c", f"{module}.c")]
     commands += [(*command, *flags, "-c", file) for file in unpacked(sources, work)]
-    for _ in in_order(partial(_run, work), commands, own_threads()):
+    for _ in in_order(partial(_run, work), commands, thread_count()):
         pass
     objects = [f"{Path(command[-1]).stem}.o" for command in commands]
     built = work / f"{module}{suffix}"
@@ -219,7 +219,7 @@ def _run(work: Path, command: Sequence[str]) -> None:
     """Run a compiler in a folder.
 
     Raises:
-        BuildError: it cannot be run, or fails; the message has its first error.
+        BuildError: the compiler cannot run, or fails; the message has its first error.
     """
     try:
         done = subprocess.run(
@@ -240,7 +240,7 @@ def _run(work: Path, command: Sequence[str]) -> None:
 
 
 def unpacked(sources: Mapping[str, bytes], folder: Path) -> list[str]:
-    """Write sources into a folder; return the names of those that are compiled."""
+    """Write sources into a folder; return the names of those to compile."""
     for name, content in sources.items():
         (folder / name).write_bytes(content)
     return sorted(name for name in sources if name.endswith(".c"))

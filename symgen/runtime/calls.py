@@ -15,10 +15,10 @@ from symgen.errors import ParameterError
 from symgen.names import BASE
 from symgen.robot.expressions import shortened
 
-NOT_POSITIVE_DEFINITE = 1  # as NAME.h numbers them; a batch has the bits of all its samples
+NOT_POSITIVE_DEFINITE = 1  # as in NAME.h; the status of a batch has the bits of all its samples
 NOT_FINITE = 2
 _MOVING = "the motion of the base is an input of this robot; accepted: f, w and wd behind the other"
-#: What is wrong with a call that lacks the inputs of the base.
+#: Message for a call without the inputs of the base.
 _BASE = dict.fromkeys(BASE, f"{_MOVING} arrays") | {
     "g": "gravity is an input of this robot; accepted: g behind the other arrays, or a robot file "
     "whose gravity is three numbers"
@@ -81,7 +81,7 @@ def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArra
     return arrays, (lead[0] if lead else None)
 
 
-def _not_accepted(kernel: Kernel, a: Argument, found: str) -> ParameterError:
+def _not_accepted(kernel: Kernel, a: Argument, problem: str) -> ParameterError:
     accepted = {
         LINK: f"the number of a joint, 1 to {a.size}",
         "X": f"({a.size},) or longer",
@@ -89,7 +89,7 @@ def _not_accepted(kernel: Kernel, a: Argument, found: str) -> ParameterError:
     }
     shapes = f"({a.size},) or (N, {a.size}) numbers, the same N for all"
     return ParameterError(
-        f"{kernel.name}: {a.name} {found}; accepted: {accepted.get(a.name, shapes)}"
+        f"{kernel.name}: {a.name} {problem}; accepted: {accepted.get(a.name, shapes)}"
     )
 
 
@@ -98,8 +98,8 @@ def result(kernel: Kernel, outputs: Sequence[FloatArray], status: int) -> Any:
 
     Args:
         kernel: the kernel.
-        outputs: the arrays that it filled.
-        status: the status that it returned.
+        outputs: the arrays filled by the call.
+        status: the status of the call.
     """
     if status & NOT_POSITIVE_DEFINITE:
         failures = dict.fromkeys(kernel.guards)

@@ -14,7 +14,7 @@ from symgen.runtime.flags import kernel_flags
 
 _NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "pyarrow",
            "clarabel")  # fmt: skip
-#: Module, what it is for, and what brings it.
+#: Module, its use, and how to install it.
 _OPTIONAL = (
     ("rosbags", "MCAP files and ROS 2 bags", "symgen[ros]"),
     ("mujoco", "MJCF files", "symgen[mjcf]"),
@@ -70,7 +70,7 @@ def _compiler() -> Finding:
         return Finding("C compiler", True, "none: CasADi evaluates the models", missing_compiler())
     try:
         build_module(_PROBE, _DECLARED, compiler)
-    except SymgenError as error:  # CasADi takes its place, which is slower
+    except SymgenError as error:  # CasADi replaces it, but is slower
         return Finding(
             "C compiler",
             True,

@@ -47,8 +47,8 @@ from symgen.views import Viewable
 if TYPE_CHECKING:
     from symgen.runtime.panels import Panels
 
-_BLOCK = 512  # samples that CasADi maps over in one call
-#: A batch of as many samples or more is evaluated on panels, which are compiled when first needed.
+_BLOCK = 512  # samples that CasADi evaluates in one call
+#: A batch with at least this many samples uses panels, which are compiled on first use.
 MANY = 2**17
 
 
@@ -57,7 +57,7 @@ class KernelFunction(ABC):
 
     Attributes:
         kernel: the kernel.
-        robot: its robot.
+        robot: robot of the kernel.
     """
 
     kernel: Kernel
@@ -99,7 +99,7 @@ class KernelFunction(ABC):
     def _bound(
         self, inputs: Sequence[FloatArray], outputs: Sequence[FloatArray], count: int | None
     ) -> Callable[[], int | None]:
-        """Return a call that evaluates the kernel from arrays into arrays; it has a status."""
+        """Return a call that evaluates the kernel from arrays into arrays, and returns a status."""
 
 
 class Evaluator(Viewable, KernelMethods):
@@ -127,7 +127,7 @@ class Evaluator(Viewable, KernelMethods):
         return f"<Evaluator of {self.model.robot.name}: {count} kernels by {by}>"
 
     def has(self, name: str) -> bool:
-        """Whether the model was derived with this kernel."""
+        """Return whether the model was derived with this kernel."""
         return name in self._functions
 
     def __getitem__(self, name: str) -> KernelFunction:
@@ -144,7 +144,7 @@ class Evaluator(Viewable, KernelMethods):
             ) from None
 
     def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """Columns (p - p_inertial,) of the power of friction, W; empty without friction."""
+        """Return the columns (p - p_inertial,) of friction power, W; empty without friction."""
         if not self.has("friction_power"):
             arrays, _ = checked(self["energy_regressor"].kernel, (q, qd))
             return np.zeros((*arrays[0].shape[:-1], 0))
@@ -216,7 +216,7 @@ class _CKernel(KernelFunction):
             if a.plain:
                 given.append((int if a.link else float)(array[0]))
                 continue
-            if a.written:  # what C changes in place is written into the output
+            if a.written:  # an argument that C changes in place is written into the output
                 written[a.name][...] = array
             given.append(self._ffi.from_buffer("double *", written.pop(a.name, array)))
         given += [self._ffi.from_buffer("double *", array) for array in written.values()]
@@ -232,7 +232,7 @@ class _CKernel(KernelFunction):
             return None
         try:
             return Panels(*self._origin, self.kernel)
-        except BuildError:  # a compiler without vectors: its plain loop is built
+        except BuildError:  # a compiler without vectors: build a plain loop
             return None
 
     def panels(self) -> Panels | None:
@@ -242,7 +242,7 @@ class _CKernel(KernelFunction):
 class _CasadiKernel(KernelFunction):
     def __init__(self, kernel: Kernel, function: Any) -> None:
         self.kernel = kernel
-        self._map = cache(function.map)  # at most _BLOCK of them, small ones
+        self._map = cache(function.map)  # at most _BLOCK of them, which are small
 
     def _bound(
         self, inputs: Sequence[FloatArray], outputs: Sequence[FloatArray], count: int | None
@@ -272,7 +272,7 @@ class _CasadiKernel(KernelFunction):
 
 
 def _samples(block: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    """Return the matrices of samples, which stand side by side in a block, as (N, ...)."""
+    """Return the matrices of samples, which are side by side in a block, as (N, ...)."""
     rows, columns = block.shape
     matrices = block.reshape(rows, shape[0], columns // shape[0])
     return matrices.swapaxes(0, 1).reshape(shape)

@@ -1,4 +1,4 @@
-"""Compile the identifier of a model for Python: the C of the package, in a module of its own."""
+"""Compile the identifier of a model for Python: the C of the package, as a separate module."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from symgen.errors import BuildError
 from symgen.runtime.build import build_module, find_compiler, missing_compiler
 from symgen.runtime.flags import kernel_flags
 
-#: What Python sees of the identifiers, by header.
+#: Functions of the identifiers for Python, by header.
 _IDENTIFIERS = {
     "identifier.h": """
 size_t NAME_identifier_size(size_t window);
@@ -42,7 +42,7 @@ int NAME_identifier_momentum_init(void *state, size_t bytes, size_t window, int 
 
 
 def identifier_module(model: Model) -> ModuleType:
-    """Compile the identifiers whose kernels the model has, or load them from the cache.
+    """Compile the identifiers for the kernels of the model, or load them from the cache.
 
     Raises:
         BuildError: there is no compiler, or it fails.

@@ -1,8 +1,8 @@
-"""Kernels on panels: batches that store as many samples side by side as a vector register holds.
+"""Kernels on panels, for batches: a panel stores as many samples as a vector register.
 
-symgen compiles a kernel for panels when it is first needed, with flags chosen for such code. This
-takes about a second, and pays for many samples. The values equal those of the single call to
-rounding, for any N and any position in the batch.
+symgen compiles a kernel for panels on first use, with flags for such code. This takes about a
+second, and is worthwhile for many samples. The values equal those of the single call to rounding,
+for any N and any position in the batch.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Panels:
             raise ParameterError(f"{self.kernel.name}: panels take a batch; accepted: (N, n)")
         outputs = [aligned((count, *o.shape)) for o in self.kernel.outputs]
         pointers = [self._ffi.from_buffer("double *", a) for a in (*arrays, *outputs)]
-        # Not past the cache: new pages come from the kernel through it, and are still there.
+        # Not past the cache, because new pages from the operating system are already in it.
         status = self._rows(0, count, self._ffi.NULL, *pointers)
         found: FloatArray | tuple[FloatArray, ...] = result(self.kernel, outputs, status)
         return found
@@ -71,11 +71,11 @@ class Panels:
 
         Args:
             count: number N of samples.
-            rows: if True, outputs have the shape (N, ...). Otherwise they are panels,
-                (ceil(N / width), size, width), which need no transposition: entry [k, i, l] is
-                output i of sample k width + l, and entries after the last sample repeat it.
-                Entries that are zero for every sample are written once, so panels are read-only.
-            stream: whether to write outputs past the cache, for outputs that are larger than it.
+            rows: if True, outputs have the shape (N, ...). Otherwise they are panels, (ceil(N /
+                width), size, width), which need no transposition. Entry [k, i, l] is output i of
+                sample k width + l; entries after the last sample repeat it. Entries that are zero
+                for every sample are written once, so panels are read-only.
+            stream: whether to write outputs past the cache, for outputs larger than the cache.
         """
         inputs, _ = buffers(self.kernel, count)
         blocks = -(-count // self.width)

@@ -2,9 +2,9 @@
 
     M(q) qdd + h(q, qd) = tau(t, q, qd),    with FS tanh(qd/width) for FS sign(qd)
 
-LSODA changes between Adams' methods and backward differences where the equations become stiff
-(Petzold 1983), as they do at rest: there the width makes friction a damper of FS/width. So a joint
-that friction holds creeps, by about the width times the time: 0.01 mrad in a second.
+LSODA switches between Adams' methods and backward differences as the equations become stiff
+(Petzold 1983). They are stiff at rest, where the width makes friction a damper of FS/width. A joint
+that friction holds therefore creeps by about the width times the time: 0.01 mrad in a second.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ from symgen.runtime.evaluator import Evaluator, load
 
 #: Torques (n,) as a function of time and state q, qd (n,).
 Law = Callable[[float, FloatArray, FloatArray], FloatArray]
-#: Speed over which friction changes its sign where the robot file declares no coulomb_width, rad/s
-#: or m/s. Held by 80 % of its friction, a UR10e creeps 0.1 mrad in 10 s, and 12 mrad with 1e-3.
+#: Speed over which friction changes its sign, rad/s or m/s, for joints without coulomb_width in the
+#: robot file. A UR10e that is held by 80 % of its friction creeps 0.1 mrad in 10 s, and 12 mrad
+#: with 1e-3.
 WIDTH = 1e-5
 #: Largest error of a step, absolute (rad, m, rad/s, m/s) and relative.
 TOLERANCE = 1e-6
@@ -40,9 +41,9 @@ class SimulatedMotion:
     """A simulated motion.
 
     Attributes:
-        t: (N,) s.
-        q: (N, n) rad or m; NaN after the motion has left its bounds.
-        qd: (N, n) rad/s or m/s.
+        t: (N,) stamps, s.
+        q: (N, n) positions, rad or m; NaN after the motion has left its bounds.
+        qd: (N, n) speeds, rad/s or m/s.
         tau: (N, n) torques of the law, N m or N.
     """
 
@@ -66,24 +67,24 @@ def simulate_motion(
     tolerance: float = TOLERANCE,
     progress: Callable[[float], None] = silent,
 ) -> SimulatedMotion:
-    """Simulate a robot under a law of its torques, and return its state at the stamps.
+    """Simulate a robot under a torque law, and return its state at the stamps.
 
     Args:
         model: the robot with its base parameters.
-        X: (p,) their values.
+        X: (p,) values of the base parameters.
         law: the torque as a function of time and state.
         t: (N,) stamps, s, increasing.
         start: q and qd at the first stamp, (n,) each.
-        width: the width of friction of joints that declare none, rad/s or m/s.
-        hold: whether the torque at a stamp is held until the next one.
-        pushed: further torques (N, n), held from stamp to stamp.
+        width: width of friction for joints without a declared one, rad/s or m/s.
+        hold: whether the torque at a stamp stays constant until the next one.
+        pushed: additional torques (N, n), constant from stamp to stamp.
         bounds: (n,) distance from the start at which the motion ends, rad or m; None for no bound.
         tolerance: largest error of a step, absolute and relative.
-        progress: called with the part that is done, from 0 to 1.
+        progress: called with the finished part, from 0 to 1.
 
     Returns:
-        The motion. Torques that change at the stamps are integrated stamp by stamp, which takes
-        about three times as long as the motion lasts at 500 Hz.
+        The motion. Torques that change at the stamps are integrated stamp by stamp. At 500 Hz, this
+        takes about three times the duration of the motion.
 
     Raises:
         ParameterError: friction is negative, the mass matrix is not positive definite, or the
@@ -157,7 +158,7 @@ class _Slope:
 def _integrated(
     slope: _Slope, t: FloatArray, x: FloatArray, tolerance: float, bounds: FloatArray | None
 ) -> FloatArray:
-    """Return the states (K, 2 n) at the stamps, fewer where the motion leaves its bounds."""
+    """Return the states (K, 2 n) at the stamps; fewer if the motion leaves its bounds."""
     from scipy.integrate import solve_ivp
 
     n = len(x) // 2
@@ -188,7 +189,7 @@ def _integrated(
 
 @lru_cache(maxsize=8)
 def _evaluator(robot: Robot, width: float) -> Evaluator:
-    """Return forward dynamics of a robot whose friction has a width on every joint."""
+    """Return the forward dynamics of a robot, with a width for the friction of every joint."""
     joints = []
     for joint in robot.joints:
         if joint.movable and not joint.coulomb_width:
@@ -198,10 +199,10 @@ def _evaluator(robot: Robot, width: float) -> Evaluator:
 
 
 def require_friction(model: Model, X: FloatArray) -> None:
-    """Refuse Coulomb friction that drives.
+    """Refuse negative Coulomb friction, which would accelerate a joint.
 
     Raises:
-        ParameterError: the message names the parameter.
+        ParameterError: the message contains the parameter.
     """
     for parameter, value in zip(model.base.parameters, X, strict=False):
         if model.base.standard[parameter.index].prefix in ("FS", "FSM") and value < 0:

@@ -1,16 +1,16 @@
-"""Articulated bodies: M x = b solved joint by joint, with a number of steps linear in the joints.
+"""Articulated bodies: solve M x = b joint by joint, with a number of steps linear in the joints.
 
-The bodies behind a joint can move in their own joints. A motion (dw, dv) of the link frame takes
-the wrench
+The bodies behind a joint can move in their joints. A motion (dw, dv) of the link frame takes the
+wrench
 
     n = J dw + H dv + n0,      f = H^T dw + M dv + f0
 
 (Featherstone 2008, Rigid Body Dynamics Algorithms, ch. 7). b already contains speeds and gravity,
-so n0 and f0 come from the right-hand sides alone. The link before receives the body
+so n0 and f0 come from the right-hand sides alone. The previous link carries the body
 
     I - U U^T / D,   U = I s,   D = s^T U + rotor inertia.
 
-D are the pivots of M when it is eliminated from the tips.
+D are the pivots of M in the elimination from the tips.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ from symgen.symbolic.tape import TapeBuilder
 
 @dataclass(frozen=True)
 class Articulated:
-    """J, H and M of an articulated body, rows of them, and its wrench at rest (n, f)."""
+    """J, H and M of an articulated body, as rows, and its wrench at rest (n, f)."""
 
     J: Matrix
     H: Matrix
@@ -106,7 +106,7 @@ class Articulated:
 def _named(
     name: str, entry: Callable[[int, int], sp.Expr], alike: bool, tape: TapeBuilder
 ) -> Matrix:
-    """Name the entries of a matrix; of a symmetric one (`alike`), those of one side."""
+    """Name the entries of a matrix; for a symmetric one (`alike`), those on one side only."""
 
     def named_entry(i: int, k: int) -> sp.Expr:
         return tape.entry(entry(i, k), name, "", i, k)
@@ -123,7 +123,7 @@ def _rows(a: Matrix, motion: Turn, letter: str, tape: TapeBuilder) -> Matrix:
 
 
 def _symmetric(a: Matrix, motion: Turn, letter: str, tape: TapeBuilder) -> Matrix:
-    """Return R a R^T of a symmetric matrix; the trace of the turned block stays."""
+    """Return R a R^T of a symmetric matrix; the trace of the turned block does not change."""
     k, (i, h), c, s = motion.axis, around(motion.axis), motion.c, motion.s
 
     def name(row: int, column: int, value: sp.Expr) -> sp.Expr:
@@ -157,7 +157,7 @@ class Driven:
 
 
 def linear_solution(p: Plant, right: ByJoint) -> tuple[ByJoint, list[sp.Expr]]:
-    """Return x of M x = right by joint, and the pivots, from the tips.
+    """Return x of M x = right by joint, and the pivots, computed from the tips.
 
     Args:
         p: a robot without couplings and without joints that follow others.
@@ -182,7 +182,9 @@ def linear_solution(p: Plant, right: ByJoint) -> tuple[ByJoint, list[sp.Expr]]:
 def released(
     tape: TapeBuilder, step: Step, body: Articulated, rotor: sp.Expr, right: sp.Expr
 ) -> tuple[sp.Expr, Driven, Articulated]:
-    """Return the pivot of a joint, its right-hand side, and the body that the link before sees."""
+    """Return the pivot of a joint, its right-hand side, and the body that the previous link
+    carries.
+    """
     j, turns = step.joint.number, step.joint.turns
     n, f = (body.J[2], body.H[2]) if turns else (transposed(body.H)[2], body.M[2])
     pivot = (n[2] if turns else f[2]) + rotor
@@ -193,14 +195,14 @@ def released(
     def less(letter: str, a: Matrix, column: Vector, row: Vector, alike: bool = True) -> Matrix:
         return _named(f"{letter}{j}l", lambda i, k: a[i][k] - column[i] * row[k], alike, tape)
 
-    left = Articulated(
+    body_before = Articulated(
         less("aJ", body.J, un, n),
         less("aH", body.H, un, f, alike=False),
         less("aM", body.M, uf, f),
         named(plus(body.n, scaled(driven, n)), f"an{j}l", tape),
         named(plus(body.f, scaled(driven, f)), f"af{j}l", tape),
     )
-    return pivot, Driven(un, uf, inverse, driven), left
+    return pivot, Driven(un, uf, inverse, driven), body_before
 
 
 def _accelerated(p: Plant, joints: Mapping[int, Driven]) -> ByJoint:
@@ -216,16 +218,16 @@ def _accelerated(p: Plant, joints: Mapping[int, Driven]) -> ByJoint:
 
 
 def accelerated(
-    tape: TapeBuilder, step: Step, own: Driven | None, twist: Screw
+    tape: TapeBuilder, step: Step, driven: Driven | None, twist: Screw
 ) -> tuple[Screw, sp.Expr | None]:
-    """Return the acceleration of a link and of its joint, from that of the link before."""
+    """Return the acceleration of a link and of its joint, from that of the previous link."""
     j = step.joint.number
     for motion in step.way:
         twist = onward(twist, motion, ("ow", "ov"), tape)
-    if own is None:
+    if driven is None:
         return twist, None
     w, v = twist
-    out = tape.name(f"o{j}", own.driven - dot(own.n, w) - dot(own.f, v))
+    out = tape.name(f"o{j}", driven.driven - dot(driven.n, w) - dot(driven.f, v))
     if step.joint.turns:
         return (replaced(w, {2: tape.name(f"ow{j}", w[2] + out)}), v), out
     return (w, replaced(v, {2: tape.name(f"ov{j}", v[2] + out)})), out

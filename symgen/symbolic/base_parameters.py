@@ -1,10 +1,10 @@
 """The minimal (base) parameters of a robot: regrouping formulas, and the proof of minimality.
 
-A set of columns of energy is minimal when no combination of them is constant. The number of base
-parameters is the exact rank of the differences h(x) - h(x0), taken modulo two primes; columns are
+A set of energy columns is minimal if no combination of them is constant. The number of base
+parameters is the exact rank of the differences h(x) - h(x0), taken modulo two primes. Columns are
 taken from the base to the tips, so that parameters regroup towards the base (Gautier and Khalil).
-The regrouping formulas come from the structural relations where these cover the case, and from
-exact linear algebra otherwise; each is checked modulo both primes.
+The regrouping formulas come from the structural relations if these cover the case, and otherwise
+from exact linear algebra. Each formula is checked modulo both primes.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ _PRIMES, _ATTEMPTS = 400, 16
 
 @dataclass(frozen=True)
 class BaseParameter:
-    """One base parameter: the standard parameter that leads it, and what joins it.
+    """One base parameter: its leading standard parameter, and those that regroup into it.
 
     Attributes:
-        name: the leading parameter's name, with R where others regroup into it.
+        name: the name of the leading parameter, with R if others regroup into it.
         index: position of the leading parameter among the standard ones.
         terms: (coefficient, standard parameter) for the others; coefficients in named lengths.
     """
@@ -88,7 +88,7 @@ class BaseParameter:
 
 @dataclass(frozen=True)
 class Proof:
-    """The proof of minimality: the exact rank, the geometry that it was taken at, the relations."""
+    """The proof of minimality: the exact rank, its geometry, and the relations."""
 
     rank: int
     primes: tuple[int, ...]
@@ -99,7 +99,7 @@ class Proof:
 
     @property
     def method(self) -> str:
-        """The proof in words."""
+        """The proof as text."""
         return (
             "lower bound: rank of h(x) - h(x0) at random points of the circle, integers modulo "
             "the primes; upper bound: one relation for every parameter that is left out, checked "
@@ -109,13 +109,13 @@ class Proof:
 
 @dataclass(frozen=True)
 class Nominal:
-    """How the minimal set of the nominal geometry compares with that of the exact geometry.
+    """Comparison of the minimal sets of the nominal and of the exact geometry.
 
     Attributes:
-        rank, exact_rank: the numbers of parameters, by both.
+        rank, exact_rank: the numbers of parameters in both sets.
         separated: parameters that only the exact geometry separates, each with the share of its
-            torque that the set of the nominal geometry cannot express.
-        kept: those of them that are in X. The others regroup as in the nominal geometry.
+            torque that the nominal set cannot express.
+        kept: those of them in X. The others regroup as in the nominal geometry.
         missing: (n,) share of the torque of every joint that X cannot express.
         states: number of states for these figures.
         limit: bound of `missing`.
@@ -148,7 +148,7 @@ class BaseParameters:
     """The minimal set of a robot's parameters, in the order of X.
 
     Attributes:
-        nominal: how the sets of the nominal and of the exact geometry compare, if they differ.
+        nominal: comparison of the sets of the nominal and of the exact geometry, if they differ.
     """
 
     parameters: tuple[BaseParameter, ...]
@@ -158,7 +158,7 @@ class BaseParameters:
     nominal: Nominal | None = None
 
     def __repr__(self) -> str:
-        """Return how many there are, and of how many standard ones."""
+        """Return the numbers of base parameters and of standard parameters."""
         return f"<BaseParameters: {len(self.parameters)} of {len(self.standard)} standard ones>"
 
     def _repr_html_(self) -> str:
@@ -172,7 +172,9 @@ class BaseParameters:
 
     @property
     def linear(self) -> int:
-        """Number of base parameters with a column: all but those of load effects, the last of X."""
+        """Number of base parameters with a column: all but those of load effects, which are the
+        last of X.
+        """
         return sum(not self.standard[p.index].load for p in self.parameters)
 
     @property
@@ -184,9 +186,9 @@ class BaseParameters:
 def bound(robot: Robot) -> int:
     """Return Gautier and Khalil's upper bound 8 n_r + 5 n_t - 4 - sigmabar_1.
 
-    It holds for the inertial parameters of a serial arm that stands on one joint: for each further
-    joint on the base, the four parameters that joint 1 lacks are taken off for that root. On a base
-    with an IMU, no joint lacks any.
+    It holds for the inertial parameters of a serial arm with one joint on the base. For each
+    further joint on the base, the four parameters that joint 1 lacks are subtracted once more. On a
+    base with an IMU, no joint lacks any.
     """
     revolute = sum(j.turns for j in robot.joints)
     prismatic = sum(j.slides for j in robot.joints)
@@ -205,8 +207,8 @@ def find_base(
         robot: the mechanism.
         standard: its standard parameters, in the order of X.
         energy: tape of the energy column of every inertial one.
-        at_values: False keeps named lengths as symbols. If the values of the file then give
-            another set than symbols do, the result is None.
+        at_values: False keeps named lengths as symbols. The result is None if the values of the
+            file then give another set than the symbols.
 
     Raises:
         SymgenError: a relation fails its check. This would be a bug of symgen.
@@ -249,7 +251,7 @@ def find_base(
 def _regrouped(
     standard: Sequence[Parameter], rows: Mapping[str, ExactRow], proof: Proof
 ) -> BaseParameters:
-    """Turn relations X_d = ... into the formulas of the parameters that stay."""
+    """Convert relations X_d = ... to the formulas of the parameters that stay."""
     joined: dict[str, list[tuple[sp.Expr, str]]] = {}
     for p in standard:
         for head, coefficient in rows.get(p.name, {}).items():
@@ -278,7 +280,7 @@ class _Sample:
     matrix: Residues
 
     def check(self, column: Sequence[str], rows: Mapping[str, ExactRow], k: int) -> None:
-        """Raise SymgenError where a relation does not hold at these points (prime number k)."""
+        """Raise SymgenError if a relation does not hold at these points (prime number k)."""
         index = {name: i for i, name in enumerate(column)}
         for relation in rows.values():
             coefficients = np.array([c.residues[k] for c in relation.values()], dtype=np.int64)
@@ -289,7 +291,7 @@ class _Sample:
 
 @dataclass(frozen=True)
 class _Selection:
-    """Result of the elimination: the columns kept, and the reduced rows."""
+    """Result of the elimination: the kept columns, and the reduced rows."""
 
     pivots: tuple[int, ...]
     reduced: tuple[tuple[PrimeField, Residues], ...]
@@ -298,8 +300,8 @@ class _Selection:
 class _Columns:
     """The columns that are functions of the state: energies, and q_j for an offset OF_j.
 
-    FS and FV integrate along the path. No combination of them depends on its ends alone, so they
-    are base parameters without further proof.
+    FS and FV integrate along the path. No combination of them depends on the ends of the path
+    alone, so they are base parameters without further proof.
     """
 
     def __init__(self, robot: Robot, standard: Sequence[Parameter], energy: Tape) -> None:
@@ -318,13 +320,14 @@ class _Columns:
         lengths = [e for j in self.robot.joints for e in (j.b, j.d, j.r)]
         geometry = [e for e in lengths if not e.is_Rational]
         out: list[_Sample] = []
-        # A square root of the geometry exists modulo every other prime, or at every other point.
+        # A square root in the geometry exists only modulo every other prime, or at every other
+        # point.
         for prime in itertools.islice(primes(order), _PRIMES):
             for attempt in range(_ATTEMPTS):
                 seed = _SEEDS[len(out)] + len(_SEEDS) * attempt
                 try:
                     field = PrimeField(prime, seed, self.angles, order)
-                    for length in geometry:  # relations need them all, the tape perhaps not
+                    for length in geometry:  # relations need all lengths, the tape may not
                         field.constant(length)
                     out.append(_Sample(field, self._differences(field)))
                     break
@@ -346,7 +349,7 @@ class _Columns:
         return (h[1:] - h[:1]) % field.p
 
     def _state(self, field: PrimeField, count: int) -> dict[str, list[Any]]:
-        """Draw joint variables and speeds of some points."""
+        """Draw joint variables and speeds at some points."""
         q = [
             field.joint_angle(count, self.parts) if j.turns else field.numbers(count)
             for j in self.robot.movable
@@ -356,7 +359,7 @@ class _Columns:
     def select(self, samples: Sequence[_Sample]) -> _Selection:
         """Keep the first independent columns: links from the base to the tips, then offsets.
 
-        Where an offset OF_j depends on the energies (weight along a prismatic axis), it joins the
+        If an offset OF_j depends on the energies (weight along a prismatic axis), it joins the
         link: M4R = M4 + OF4/g, IA4R = IA4 - OF4/g.
         """
         results = [(s.field, *reduce_rows(s.matrix, s.field.p)) for s in samples]

@@ -1,7 +1,7 @@
 """Wrench and momentum of a body in the link frame, and composite bodies.
 
 The motion of the frame is w, V, dw = dw/dt and a, the acceleration of the origin minus gravity. The
-wrench (f at the origin, n about it) of the parameters J, m = (MX, MY, MZ), M is (Khalil and Dombre,
+parameters J, m = (MX, MY, MZ), M have the wrench (f at the origin, n about it) (Khalil and Dombre,
 ch. 9)
 
     f = M a + dw x m + w x (w x m),      n = J dw + w x (J w) + m x a
@@ -59,7 +59,7 @@ def products(w: Vector, j: int, tape: TapeBuilder) -> Matrix:
 
 
 def unit_wrench(prefix: str, motion: LinkState, j: int, tape: TapeBuilder) -> Screw:
-    """Return (f, n) of a link whose one parameter `prefix` is 1."""
+    """Return (f, n) of a link with 1 for the parameter `prefix` and 0 for the others."""
     p, dw, a = products(motion.w, j, tape), motion.dw, motion.a
     if prefix == names.MASS:
         return a, ZERO
@@ -162,7 +162,7 @@ class Inertia:
         return matrix(lambda i, k: diagonal[i] if i == k else self.J[i][k])
 
     def momentum(self, twist: Screw) -> Screw:
-        """Return (l, k) of the body's motion."""
+        """Return the momentum (l, k) of the moving body."""
         w, V = twist
         lin = plus(scaled(self.M, V), cross(w, self.m))
         return lin, plus(matvec(self.J, w), cross(self.m, V))
@@ -186,10 +186,10 @@ class Inertia:
         return Inertia(symmetric(R), lin, sp.S.Zero)
 
     def wrench(self, motion: LinkState, j: int, tape: TapeBuilder) -> Screw:
-        """Return the wrench (f, n) of the body's motion.
+        """Return the wrench (f, n) of the moving body.
 
-        It is the sum of unit wrenches times parameters. This shares products of w and dw, and
-        costs less than J w and w x (J w).
+        It is the sum of unit wrenches times parameters. This shares products of w and dw, and costs
+        less than J w and w x (J w).
         """
         f, n = scaled(self.M, motion.a), cross(self.m, motion.a)
         p = products(motion.w, j, tape)
@@ -218,7 +218,7 @@ class Inertia:
             n = m x a + J dw + w_real x ((J - tr(J)/2) w)
 
         Args:
-            motion: from `references`.
+            motion: the reference motion, from `references`.
             tag: suffix of the names of parameter sums.
             tape: receives the named steps.
             name: names the intermediate products h and k, and the results F and N.
@@ -235,7 +235,7 @@ def composites(way: Way, bodies: Mapping[int, Inertia], tape: TapeBuilder) -> Ma
     """Return the composite body of every link, by joint number.
 
     Args:
-        way: from `steps`.
+        way: the steps to every joint, from `way_of`.
         bodies: the links alone.
         tape: receives the named steps.
     """

@@ -21,17 +21,17 @@ Rows = dict[int, ByJoint]
 
 
 def followed(joint: Joint, values: ByJoint, tape: TapeBuilder) -> sp.Expr:
-    """Return the sum of G_jk values_k for one joint, or its own value if it follows none."""
+    """Return the sum of G_jk values_k for one joint, or its value if it follows none."""
     return sum((c * values[k] for k, c in _shares(joint, tape) if k in values), sp.S.Zero)
 
 
 def spread(robot: Robot, values: ByJoint, tape: TapeBuilder) -> ByJoint:
-    """Return G values: the rates of all joints that move, from those of the movable joints."""
+    """Return G values: the rates of all moving joints from those of the movable joints."""
     return {j.number: followed(j, values, tape) for j in robot.moving}
 
 
 def to_variables(robot: Robot, by_joint: ByJoint, name: str, tape: TapeBuilder) -> ByJoint:
-    """Return G^T by_joint: torques on the variables, from torques on the joints of the tree."""
+    """Return G^T by_joint: torques on the variables from torques on the joints of the tree."""
     if len(robot.moving) == robot.n:
         return dict(by_joint)
     acting = (joint for joint in robot.moving if joint.number in by_joint)
@@ -40,7 +40,7 @@ def to_variables(robot: Robot, by_joint: ByJoint, name: str, tape: TapeBuilder) 
 
 
 def combined(columns: Iterable[tuple[sp.Expr, ByJoint]]) -> ByJoint:
-    """Return a sum of columns by joint, each with its coefficient before it."""
+    """Return the sum of columns by joint, each with its coefficient in front."""
     out: ByJoint = {}
     for coefficient, column in columns:
         for j, value in column.items():

@@ -4,19 +4,19 @@ With the twist v_j and the acceleration a_j (less gravity) of link j, the screw 
 
     S'_j = v_j x S_j,    S"_j = a_j x S_j + v_j x S'_j
 
-the derivatives of the torques are, for j before or at i on the way to it,
+the derivatives of the torques are, for j on the path from the base to i,
 
     dtau_j/dq_i  = S_j . (I_i S"_i + 2 B_i S'_i + S_i x* f_i)
     dtau_i/dq_j  = S_i . (I_i S"_j + 2 B_i S'_j)
     dtau_j/dqd_i = S_j . 2 (I_i S'_i + B_i S_i)
     dtau_i/dqd_j = S_i . 2 (I_i S'_j + B_i S_j)
 
-(Singh, Russo and Wensing 2022; for joints of one degree of freedom the rate of the screw is S').
-I_i, B_i and f_i are those of link i with all that it carries. 2 B is here
+(Singh, Russo and Wensing 2022; for joints with one degree of freedom the rate of the screw is S').
+I_i, B_i and f_i are those of link i with all links that it carries. 2 B is here
 
     2 B (w; V) = (R w + w x k; 2 w x l)
 
-with the momentum (l, k) of the bodies carried, and R = dJ/dt, the rate of their inertia. R moves to
+with the momentum (l, k) of the carried bodies, and R = dJ/dt, the rate of their inertia. R moves to
 another frame by the rule of composite bodies, with l for m and without mass, so B costs as much as
 I. Friction and effects are closed expressions, which SymPy differentiates.
 """
@@ -31,14 +31,14 @@ from symgen.symbolic.bodies import Inertia, composites, products
 from symgen.symbolic.constraints import ByJoint, Rows, combined, congruent, spread
 from symgen.symbolic.dynamics import (
     Plant,
-    handed_down,
     loads,
     mass_matrix,
     rigid_torques,
+    summed_to_base,
     weighted_effects,
     wrenches,
 )
-from symgen.symbolic.forward import driving, factor_solution, factored
+from symgen.symbolic.forward import accelerating_torque, factor_solution, factored
 from symgen.symbolic.friction import friction_torque_slopes
 from symgen.symbolic.kinematics import joint_map, variables
 from symgen.symbolic.motion import LinkState, accelerations, velocities
@@ -63,14 +63,14 @@ _HALF = sp.Rational(1, 2)
 class Screws:
     """S, 2 S' and S" of a joint in one frame: angular and linear parts."""
 
-    own: Screw
+    screw: Screw
     twice: Screw
     second: Screw
 
 
 @dataclass(frozen=True)
 class _TorqueSlopes:
-    """dtau/dq and dtau/dqd, and `gain`: dtau_j over the rigid-body torque of joint j."""
+    """dtau/dq and dtau/dqd, and `gain`: d(tau_j)/d(rigid-body torque on joint j)."""
 
     by_q: Rows
     by_qd: Rows
@@ -84,7 +84,7 @@ def inverse_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows]:
 
 
 def _slopes(p: Plant, qdd: ByJoint) -> _TorqueSlopes:
-    """Return the slopes of the torque at the given accelerations."""
+    """Return the slopes of the torque at accelerations `qdd`."""
     by_q, by_qd = _rigid(p, qdd)
     load = loads(p, rigid_torques(p, qdd)) if p.robot.loaded else None
     gain = _load_gains(p, load)
@@ -98,12 +98,13 @@ def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Ex
 
     `forward_dynamics` defines the pivots.
 
-    From tau(q, qd, qdd(q, qd, tau)) = tau follows dqdd/dtau = (E M)^-1 and
-    dqdd/dq = -(E M)^-1 dtau/dq, with E = 1 + the slope of effects over the load on their joint.
-    Each column is solved for: products with the inverse lose as many digits as M has in condition.
+    From tau(q, qd, qdd(q, qd, tau)) = tau follows dqdd/dtau = (E M)^-1 and dqdd/dq = -(E M)^-1
+    dtau/dq, with E = 1 + the slope of effects over the load on their joint. Each column is solved
+    separately, because products with the inverse lose as many digits as the condition number of M
+    has.
     """
     tape, order = p.tape, p.numbers
-    right, positive = driving(p)
+    right, positive = accelerating_torque(p)
     factor = factored(p, mass_matrix(p))
     qdd = factor_solution(p, factor, right, "o")
     slopes = _slopes(p, qdd)
@@ -135,7 +136,7 @@ def _load_gains(p: Plant, load: ByJoint | None) -> ByJoint:
 
 
 def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, by: str) -> Rows:
-    """Add the derivatives of friction and effects, and fold joints that follow others."""
+    """Add the derivatives of friction and effects, and combine joints that follow others."""
     tape, rows = p.tape, congruent(p.robot, rigid, f"d{by}", p.tape)
     out: Rows = {j: {k: gain[j] * v for k, v in rows[j].items()} for j in p.numbers}
     for k, symbol in zip(p.numbers, getattr(variables(p.robot), by), strict=True):
@@ -154,17 +155,17 @@ def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, b
 
 
 def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
-    """Return dtau/dq and dtau/dqd of links, over all joints that move."""
+    """Return dtau/dq and dtau/dqd of the links, over all moving joints."""
     tape = p.tape
-    # The torques do not depend on the velocity of the base, which is zero here.
+    # The torques do not depend on the velocity of the base; it is zero here.
     base = LinkState(p.mounting.w, ZERO)
     moving, rates = velocities(p.way, base, tape), spread(p.robot, qdd, tape)
     motion = accelerations(p.way, p.mounting, rates, tape)
-    force = handed_down(p, wrenches(p, rates), "")
+    force = summed_to_base(p, wrenches(p, rates), "")
     momentum = p.momenta(moving)
     changing = {j: b.rate(moving[j], momentum[j][0], j, tape) for j, b in p.bodies.items()}
-    whole, growing = composites(p.way, p.bodies, tape), composites(p.way, changing, tape)
-    carried = handed_down(p, momentum, "k")
+    bodies, growing = composites(p.way, p.bodies, tape), composites(p.way, changing, tape)
+    momenta = summed_to_base(p, momentum, "k")
     screws = {
         joint.number: _screws(axis(joint.sigma), moving[joint.number], motion[joint.number],
                               joint.number, tape)
@@ -173,45 +174,45 @@ def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     by_q: Rows = {j: {} for j in screws}
     by_qd: Rows = {j: {} for j in screws}
     for i, at in screws.items():
-        found = felt(at, whole[i], growing[i], carried[i], force[i], i, tape)
+        reactions = reaction_wrenches(at, bodies[i], growing[i], momenta[i], force[i], i, tape)
         place, speed, inertia, couple = (
-            handed_down(p, {i: wrench}, f"{letter}{i}")
-            for wrench, letter in zip(found, "pqmu", strict=True)
+            summed_to_base(p, {i: wrench}, f"{letter}{i}")
+            for wrench, letter in zip(reactions, "pqmu", strict=True)
         )
         for j in place:
             if j not in screws:
                 continue
             before = screws[j]
-            by_q[j][i] = tape.name(f"P{j}_{i}", acting(place[j], before.own))
-            by_qd[j][i] = tape.name(f"Q{j}_{i}", acting(speed[j], before.own))
+            by_q[j][i] = tape.name(f"P{j}_{i}", acting(place[j], before.screw))
+            by_qd[j][i] = tape.name(f"Q{j}_{i}", acting(speed[j], before.screw))
             if j == i:
                 continue
             half = _HALF * acting(couple[j], before.twice)
             value = half + acting(inertia[j], before.second)
             by_q[i][j] = tape.name(f"P{i}_{j}", value)
-            value = acting(couple[j], before.own) + acting(inertia[j], before.twice)
+            value = acting(couple[j], before.screw) + acting(inertia[j], before.twice)
             by_qd[i][j] = tape.name(f"Q{i}_{j}", value)
     return by_q, by_qd
 
 
-def _screws(own: Screw, frame: LinkState, motion: LinkState, j: int, tape: TapeBuilder) -> Screws:
+def _screws(screw: Screw, frame: LinkState, motion: LinkState, j: int, tape: TapeBuilder) -> Screws:
     (w, V), dw = frame.twist, motion.dw
     p = products(w, j, tape)
     turn = named(scaled(sp.Integer(2), cross(w, Z)), f"a{j}_", tape)
-    # dw x z + w x (w x z): what a moment along z makes of the motion, and named like it.
+    # dw x z + w x (w x z), the acceleration of a moment along z, with the names of the motion.
     second = (
         tape.name(f"A13{j}", p[2][0] + dw[1]),
         tape.name(f"A23{j}", p[2][1] - dw[0]),
         -tape.name(f"Q3{j}", p[0][0] + p[1][1]),
     )
-    if own[0] == ZERO:
-        return Screws(own, (ZERO, turn), (ZERO, second))
+    if screw[0] == ZERO:
+        return Screws(screw, (ZERO, turn), (ZERO, second))
     slide = named(scaled(sp.Integer(2), cross(V, Z)), f"b{j}_", tape)
     linear = named(plus(cross(motion.a, Z), cross(V, turn)), f"c{j}_", tape)
-    return Screws(own, (turn, slide), (second, linear))
+    return Screws(screw, (turn, slide), (second, linear))
 
 
-def felt(
+def reaction_wrenches(
     screws: Screws,
     body: Inertia,
     rate: Inertia,
@@ -220,18 +221,18 @@ def felt(
     i: int,
     tape: TapeBuilder,
 ) -> list[Screw]:
-    """Return the wrenches by which earlier joints feel q_i and qd_i; I S and 2 B^T S.
+    """Return the wrenches of q_i and qd_i on earlier joints; I S and 2 B^T S.
 
     Args:
-        screws: of joint i, in some frame, as all that follows.
-        body: link i with all that it carries.
+        screws: screws of joint i, in some frame. All other arguments are in the same frame.
+        body: link i with all links that it carries.
         rate: the rate of its inertia.
-        momentum: its momentum.
-        force: the wrench that it needs.
+        momentum: the momentum of the body.
+        force: the wrench on the body.
         i: number of the joint, for names.
         tape: receives the named steps.
     """
-    (e, v), (turn, _) = screws.own, screws.twice
+    (e, v), (turn, _) = screws.screw, screws.twice
     (lin, ang), (f, n) = momentum, force
     second, first = body.momentum(screws.second), body.momentum(screws.twice)
     spin = matvec(rate.J, e)
@@ -246,7 +247,7 @@ def felt(
             plus(first[0], scaled(double, cross(e, lin))),
             plus(first[1], spin, cross(e, ang)),
         ),
-        "m": body.momentum(screws.own),
+        "m": body.momentum(screws.screw),
         "u": (ZERO, plus(spin, cross(ang, e), scaled(double, cross(lin, v)))),
     }
     return [

@@ -1,9 +1,9 @@
 """Inverse and forward dynamics and their parts, in base parameters X.
 
-Inverse dynamics by Newton and Euler in link frames (Luh, Walker and Paul 1980, in the base
-parameters of Khalil and Kleinfinger 1987); the mass matrix by composite bodies (Walker and Orin
-1982); Coriolis by a second, virtual velocity, with the factor of Christoffel symbols, which keeps
-M' - 2 C skew-symmetric (Niemeyer and Slotine 1991, in body coordinates).
+Inverse dynamics follows Newton and Euler in link frames (Luh, Walker and Paul 1980, in the base
+parameters of Khalil and Kleinfinger 1987). The mass matrix uses composite bodies (Walker and Orin
+1982). Coriolis torques use a second, virtual velocity, with the factor of Christoffel symbols,
+which keeps M' - 2 C skew-symmetric (Niemeyer and Slotine 1991, in body coordinates).
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ from symgen.symbolic.motion import (
     LinkState,
     accelerations,
     base_acceleration,
-    handed_back,
     references,
+    wrench_on_antecedent,
 )
 from symgen.symbolic.spatial import ZERO, Screw, Vector, acting, axis, named, plus
 from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
@@ -48,7 +48,7 @@ Wrenches = dict[int, Screw]
 
 @dataclass(frozen=True)
 class Plant:
-    """A robot with symbols for its base parameters, the way to its joints, and its mounting."""
+    """A robot with symbols for its base parameters, the steps to its joints, and its mounting."""
 
     robot: Robot
     base: BaseParameters
@@ -63,7 +63,7 @@ class Plant:
         return self.robot.numbers
 
     def value(self, name: str) -> sp.Expr:
-        """Return the symbol of the base parameter led by a standard one; 0 where there is none."""
+        """Return the symbol of the base parameter with this leading parameter; 0 without one."""
         return self._led.get(name, sp.S.Zero)
 
     @cached_property
@@ -95,7 +95,7 @@ class Plant:
         return lambda vector, letter: named(vector, f"{letter}{tag}_", self.tape)
 
     def still(self) -> Plant:
-        """Return the same plant with all speeds zero."""
+        """Return the plant with all speeds zero."""
         return replace(self, way=tuple(s.still() for s in self.way))
 
     def close(
@@ -116,14 +116,14 @@ def plant(robot: Robot, base: BaseParameters) -> Plant:
 def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> ByJoint:
     """Return the torque of every movable joint; without accelerations, C qd + g + friction.
 
-    Effects of the load depend on the rigid-body torque at this motion, rotors included.
+    Load effects depend on the rigid-body torque at this motion, rotors included.
     """
     qdd = joint_map(p.robot, variables(p.robot).qdd) if accelerating else {}
     return in_all(p, rigid_torques(p, qdd))
 
 
 def in_all(p: Plant, rigid: ByJoint) -> ByJoint:
-    """Return the torque of the rigid body with that of friction and effects."""
+    """Return the torque of the rigid body plus that of friction and effects."""
     load = loads(p, rigid)
     torque = {j: load[j] + value for j, value in with_load(p, load).items()}
     return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}
@@ -137,7 +137,7 @@ def loads(p: Plant, rigid: ByJoint) -> ByJoint:
 
 
 def with_load(p: Plant, load: ByJoint) -> ByJoint:
-    """Return the torque of effects under a load of the rigid body, and of friction, by joint."""
+    """Return the torque of friction, and of effects under a rigid-body load, by joint."""
     none = dict.fromkeys(load, sp.S.Zero)
     columns = weighted_effects(p, load)
     return combined([(sp.S.One, none), *columns, (sp.S.One, friction_torques(p))])
@@ -146,7 +146,7 @@ def with_load(p: Plant, load: ByJoint) -> ByJoint:
 def weighted_effects(
     p: Plant, load: ByJoint | None, by: sp.Symbol | None = None
 ) -> list[tuple[sp.Expr, ByJoint]]:
-    """Return coefficients of effects with their columns by joint; see `effect_columns`."""
+    """Return the coefficients of effects with their columns by joint; see `effect_columns`."""
     columns = effect_columns(p.robot, p.tape, load, by)
     return [(p.value(name), column) for name, column in columns.items()]
 
@@ -170,13 +170,13 @@ def friction_torques(p: Plant, *, effects: bool = True) -> ByJoint:
 
 
 def joint_friction(p: Plant) -> ByJoint:
-    """Return the torque of the friction that joints and couplings declare, by joint."""
+    """Return the torque of the declared friction of joints and couplings, by joint."""
     torque = friction_torques(p, effects=False)
     return {j: p.tape.name(f"T{j}", torque.get(j, sp.S.Zero)) for j in p.numbers}
 
 
 def effect_torques(p: Plant) -> ByJoint:
-    """Return the torque of the declared effects, by joint; those of the load at this motion."""
+    """Return the torque of the declared effects, by joint; load effects at this motion."""
     none = dict.fromkeys(p.numbers, sp.S.Zero)
     columns = weighted_effects(p, None)
     if p.robot.loaded:
@@ -192,7 +192,7 @@ def gravity_torque(p: Plant) -> ByJoint:
 
 
 def wrenches(p: Plant, qdd: ByJoint) -> Wrenches:
-    """Return the wrench that accelerates each link, at accelerations of all joints that move."""
+    """Return the wrench that accelerates each link, at accelerations of all moving joints."""
     motion = accelerations(p.way, p.mounting, qdd, p.tape)
     return {j: body.wrench(motion[j], j, p.tape) for j, body in p.bodies.items()}
 
@@ -201,13 +201,13 @@ def _body_torques(p: Plant, qdd: ByJoint) -> ByJoint:
     return to_variables(p.robot, to_joints(p, wrenches(p, qdd), ""), "Tf", p.tape)
 
 
-def handed_down(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
-    """Sum the wrenches on links towards the base: the wrench on each joint, in its frame."""
+def summed_to_base(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
+    """Sum the wrenches on links towards the base; return the wrench on each joint, in its frame."""
     total = dict(wrench)
     for step in reversed(p.way):
         j, a = step.joint.number, step.joint.antecedent
         if a != 0 and j in total:
-            back = handed_back(total[j], step, f"b{tag}", p.tape)
+            back = wrench_on_antecedent(total[j], step, f"b{tag}", p.tape)
             old = total.get(a, (ZERO, ZERO))
             total[a] = (
                 named(plus(old[0], back[0]), f"F{tag}s{a}_{j}_", p.tape),
@@ -217,8 +217,8 @@ def handed_down(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
 
 
 def to_joints(p: Plant, wrench: Wrenches, tag: str) -> ByJoint:
-    """Return the torque or force on each joint that moves, from the wrenches on links."""
-    total = handed_down(p, wrench, tag)
+    """Return the torque or force on each moving joint, from the wrenches on links."""
+    total = summed_to_base(p, wrench, tag)
     return {
         joint.number: acting(total.get(joint.number, (ZERO, ZERO)), axis(joint.sigma))
         for joint in p.robot.moving
@@ -226,7 +226,7 @@ def to_joints(p: Plant, wrench: Wrenches, tag: str) -> ByJoint:
 
 
 def rotors(p: Plant) -> Rows:
-    """Return the part of the mass matrix that rotors add."""
+    """Return the contribution of rotors to the mass matrix."""
     rows: Rows = {j.number: {} for j in p.robot.moving}
     for j in p.numbers:
         rows[j][j] = p.value(f"{names.ROTOR}{j}")
@@ -244,7 +244,7 @@ def mass_matrix(p: Plant) -> Rows:
     bodies, rows = composites(p.way, p.bodies, p.tape), rotors(p)
     for joint in p.robot.moving:
         j = joint.number
-        momentum = bodies[j].momentum(axis(joint.sigma))  # of a unit speed
+        momentum = bodies[j].momentum(axis(joint.sigma))  # momentum at unit speed
         for k, value in to_joints(p, {j: momentum}, f"m{j}").items():
             if value != 0:
                 for a, b in {(j, k), (k, j)}:

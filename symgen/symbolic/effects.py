@@ -1,4 +1,4 @@
-"""Torque columns of effects on a tape, and their derivatives: of a robot, of a definition alone."""
+"""Torque columns of effects on a tape, and their derivatives, for a robot or for one definition."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from symgen.symbolic.constraints import ByJoint
 from symgen.symbolic.tape import Tape, TapeBuilder, real_symbol
 
 _VARIABLE = re.compile(r"qd?\d+")
-_EXPONENT = 2  # argument of a power
+_EXPONENT = 2  # position of the exponent in the arguments of a power
 
 
 class _Power(sp.Function):  # type: ignore[misc]  # SymPy has no types
     """base**exponent with base >= 0, for derivatives: its slope is 0 where the base is 0."""
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:
-        """Return the derivative by the base (1) or by the exponent (2)."""
+        """Return the derivative with respect to the base (1) or to the exponent (2)."""
         base, exponent = self.args
         nonzero = base + 1 - sp.sign(base)
         return self * sp.log(nonzero) if argindex == _EXPONENT else exponent * self / nonzero
@@ -50,11 +50,11 @@ def effect_columns(
     """Return the torque column of every coefficient of the robot's effects, by joint.
 
     Args:
-        robot: with its effects.
-        tape: that the columns are written on.
-        load: rigid-body torque on each movable joint. If given, the result has the columns of
+        robot: the robot, with its effects.
+        tape: the tape to write the columns on.
+        load: rigid-body torque on each movable joint. If set, the result contains the columns of
             the coefficients whose torque depends on it, otherwise all other columns.
-        by: if given, the result has the derivatives of the columns by this variable instead.
+        by: if set, the result contains the derivatives of the columns by this variable instead.
     """
     torques = {real_symbol(f"taur{j}"): torque for j, torque in (load or {}).items()}
     loads = {s for torque in torques.values() for s in torque.free_symbols}
@@ -76,7 +76,7 @@ def effect_columns(
 
 
 def _smooth(column: sp.Expr, robot: Robot) -> sp.Expr:
-    """Write tanh(qd/width) for sign(qd) of a joint that declares a width, as its friction does."""
+    """Write tanh(qd/width) for sign(qd) of a joint with a declared width, as in its friction."""
     widths = {
         sp.sign(real_symbol(f"qd{j.number}")): sp.tanh(
             real_symbol(f"qd{j.number}") / sp.Rational(repr(j.coulomb_width))
@@ -92,12 +92,12 @@ def definition_tape(definition: Definition, robot: Robot | None = None) -> Tape:
 
     Args:
         definition: an effect of the library, or of a robot file.
-        robot: whose joints and lengths the torque of an own one names.
+        robot: the robot whose joints and lengths a torque from a file contains.
 
     Returns:
-        A tape to minus the derivative of the torque by every coefficient. Its inputs are q, qd,
-        qdd and taur of the joint (of all movable joints for an own effect), and c, the constants
-        in the order of `nonlinear`.
+        A tape to minus the derivative of the torque by every coefficient. Its inputs are q, qd, qdd
+        and taur of the joint (of all movable joints for an effect from a file), and c, the
+        constants in the order of `nonlinear`.
     """
     numbers = [""] if robot is None else [str(j.number) for j in robot.movable]
     symbol = {
@@ -127,7 +127,9 @@ def definition_tape(definition: Definition, robot: Robot | None = None) -> Tape:
 def _lowered(
     expr: sp.Expr, name: str, tape: TapeBuilder, variables: Collection[sp.Symbol]
 ) -> sp.Expr:
-    """Name every function and power of an expression, inside out; constants become the tape's."""
+    """Name every function and power of an expression from the inside out; constants become tape
+    constants.
+    """
 
     def inner(part: sp.Expr, letter: str) -> sp.Expr:
         return tape.name(f"{letter}{name}", _lowered(part, f"{letter}{name}", tape, variables))

@@ -1,7 +1,7 @@
 """Gauss-Jordan elimination of relations whose coefficients are formulas.
 
 Every coefficient has a formula, and residues modulo the primes of the proof. The residues decide
-exactly whether it is zero; nothing is simplified or rounded for that.
+exactly whether it is zero, without simplification or rounding.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from symgen.symbolic.modular import PrimeField
 _DIGITS = 50
 
 
-_LARGEST = 40  # terms of a product of two coefficients; beyond, no person reads the formula
+_LARGEST = 40  # terms of a product of two coefficients; a longer formula is unreadable
 
 
 class NeedsValuesError(SymgenError):
-    """Raised if a formula in named lengths and angles grows too large: use the file's values."""
+    """A formula in named lengths and angles is too large; use the values of the file instead."""
 
 
 class Coefficient(NamedTuple):
@@ -38,8 +38,8 @@ class Elimination:
     """Reduced relations X_d + sum of n_b X_b = 0, in terms of the parameters that stay.
 
     Args:
-        column: names of the columns; what comes last is eliminated first.
-        fields: the primes, with the values that their residues were taken at.
+        column: names of the columns; the last one is eliminated first.
+        fields: the primes, with the values of their residues.
     """
 
     def __init__(self, column: Sequence[str], fields: Sequence[PrimeField]) -> None:
@@ -56,7 +56,7 @@ class Elimination:
         return {name: c for name, c in row.items() if any(c.residues)}
 
     def add(self, row: ExactRow) -> None:
-        """Add a relation; the parameter that comes last is eliminated by it."""
+        """Add a relation; it eliminates its last parameter."""
         for name in [n for n in row if n in self.rows]:
             row = self._substitute(row, name, self.rows[name])
         if not row:
@@ -114,8 +114,8 @@ def readable_form(expr: sp.Expr) -> sp.Expr:
     """Return a coefficient as a person would write it.
 
     Polynomials in lengths are expanded, and sin(a)^2 becomes 1 - cos(a)^2. A coefficient without
-    symbols becomes a number of 50 digits if it contains cosines of angles that are no simple
-    fraction of pi.
+    symbols becomes a number with 50 digits if it contains cosines of angles that are not simple
+    fractions of pi.
     """
     if expr.is_Rational:
         return expr

@@ -58,7 +58,7 @@ def separate_tape(robot: Robot) -> Tape:
 
 
 def inertial_parameters(robot: Robot) -> list[Parameter]:
-    """Return the standard parameters that have an energy column."""
+    """Return the standard parameters with an energy column."""
     return [p for p in standard_parameters(robot) if p.inertial]
 
 
@@ -114,8 +114,8 @@ def state_columns(
     the base, is an input, the energies are h(x, g) - h(x0, g).
 
     Args:
-        energy: tape of the inertial ones among them.
-        parameters: in the order of the columns.
+        energy: tape of the inertial parameters among them.
+        parameters: the parameters, in the order of the columns.
         arithmetic: the number system.
         state: entries of q and qd, and of the inputs that describe the base.
         rest: entries of q and qd of x0.
@@ -130,7 +130,7 @@ def state_columns(
 
 
 def stacked(columns: Sequence[Any], count: int) -> NDArray[Any]:
-    """Return columns, some of them constant, as a matrix of `count` rows."""
+    """Return columns, some of them constant, as a matrix with `count` rows."""
     return np.stack([np.broadcast_to(np.asarray(c), (count,)) for c in columns], axis=1)
 
 

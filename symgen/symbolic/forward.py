@@ -19,17 +19,17 @@ from symgen.symbolic.dynamics import (
 )
 from symgen.symbolic.kinematics import joint_map, path, variables
 
-#: Joints in one chain from which articulated bodies need fewer steps than factoring the mass
-#: matrix, which keeps the zeros of branches.
+#: Number of joints in one chain from which articulated bodies need fewer steps than the factored
+#: mass matrix. The factor keeps the zeros of branches.
 MANY = 14
 
 
-def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
+def accelerating_torque(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return M qdd of every movable joint, and the terms that must be positive for a unique value.
 
-    Effects of the load are z (a taur + b |taur|), where a and b depend on the motion. With
-    R = tau - friction = (1 + z a) taur + z b |taur|, the solution is
-    taur = R / (1 + z a + z b sign(R)). It is unique if the denominator is positive for both signs.
+    The load effects are z (a taur + b |taur|), where a and b depend on the motion. With R = tau -
+    friction = (1 + z a) taur + z b |taur|, the solution is taur = R / (1 + z a + z b sign(R)). It
+    is unique if the denominator is positive for both signs.
     """
     tape, order, commanded = p.tape, p.numbers, variables(p.robot).tau
     if not p.robot.loaded:
@@ -44,28 +44,28 @@ def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
         slopes.append({j: tape.name(f"e{j}", value) for j, value in slope.items()})
     right, positive = {}, []
     for j, tau in zip(order, commanded, strict=True):
-        left = tape.name(f"R{j}", tau - rubbing.get(j, sp.S.Zero))
+        load = tape.name(f"R{j}", tau - rubbing.get(j, sp.S.Zero))
         if j in slopes[0] or j in slopes[1]:
             up, down = (s.get(j, sp.S.Zero) for s in slopes)
             half = sp.Rational(1, 2)
             mean, spread_ = (
                 tape.name(f"{n}{j}", half * e) for n, e in (("a", up + down), ("B", up - down))
             )
-            turned_ = tape.name(f"G{j}", sp.sign(left))
+            turned_ = tape.name(f"G{j}", sp.sign(load))
             share = tape.name(f"E{j}", 1 + mean + spread_ * turned_)
             positive += [tape.name(f"P{j}", 1 + e) for e in (up, down)]
-            left = left * tape.name(f"I{j}", 1 / share)
-        right[j] = tape.name(f"b{j}", left - rigid[j])
+            load = load * tape.name(f"I{j}", 1 / share)
+        right[j] = tape.name(f"b{j}", load - rigid[j])
     return right, positive
 
 
 def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return (qdd, pivots): M is positive definite if and only if all pivots of L D L^T are.
 
-    `pivots` also holds the terms that must be positive for effects of the load (`driving`). Long
-    chains use the articulated-body algorithm (`articulated`).
+    `pivots` also contains the terms that must be positive for load effects (see
+    `accelerating_torque`). Long chains use the articulated-body algorithm (`articulated`).
     """
-    right, positive = driving(p)
+    right, positive = accelerating_torque(p)
     longest = max(len(path(p.robot, number)) for number in p.numbers)
     if longest >= MANY and len(p.robot.moving) == p.robot.n and not p.robot.couplings:
         qdd, pivots = linear_solution(p, right)
@@ -95,10 +95,10 @@ class MassFactor:
     """M = L^T D L with ones on the diagonal of L.
 
     Attributes:
-        low: entries L(k, i), i < k, that are not zero.
+        low: nonzero entries L(k, i), i < k.
         inverse: 1 / D(k).
         pivots: D in the order of the elimination, from the tips. After a pivot that is not
-            positive, the others have no meaning.
+            positive, the others are meaningless.
     """
 
     low: Mapping[tuple[int, int], sp.Expr]

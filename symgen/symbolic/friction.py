@@ -1,4 +1,4 @@
-"""Friction, drives and effects: columns of torque, and of the power they take.
+"""Friction, drives and effects: columns of torque and of power.
 
 tau_j = FS sign(qd_j) + FV qd_j + OF. A declared width replaces |qd| by qd tanh(qd/width). A
 coupling u = qd_j + ratio qd_k adds F = FVM u + FSM sign(u) to joint j and ratio F to joint k. Power
@@ -23,7 +23,7 @@ from symgen.symbolic.tape import Tape, TapeBuilder
 
 @dataclass(frozen=True)
 class _Drive:
-    """The speed that a friction parameter acts on, and the share of each joint in its force."""
+    """The speed of a friction parameter, and the share of each joint in its force."""
 
     speed: sp.Expr
     share: ByJoint
@@ -43,7 +43,7 @@ def drive_shares(coupling: Coupling, tape: TapeBuilder) -> ByJoint:
 
 
 def friction_power_tape(robot: Robot) -> Tape:
-    """Derive the column of power of every friction parameter: integrands of the energy theorem."""
+    """Derive the power column of every friction parameter: the integrands of the energy theorem."""
     tape = builder(robot)
     return tape.tape(arrays(robot, "q", "qd"), power_columns(robot, tape))
 
@@ -63,7 +63,7 @@ def power_columns(robot: Robot, tape: TapeBuilder) -> list[sp.Expr]:
 
 
 def friction_torque_tape(robot: Robot) -> Tape:
-    """Derive the columns of torque of every friction parameter: n rows, row-major."""
+    """Derive the torque columns of every friction parameter: n rows, row-major."""
     tape = builder(robot)
     columns = [column for _, column in friction_torque_columns(robot, tape)]
     outputs = [c.get(j.number, sp.S.Zero) for j in robot.movable for c in columns]
@@ -71,7 +71,7 @@ def friction_torque_tape(robot: Robot) -> Tape:
 
 
 def friction_torque_columns(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, ByJoint]]:
-    """Return, for every friction parameter, its torque on each joint that it acts on."""
+    """Return the torque of every friction parameter on each of its joints."""
     out = []
     for p, drive in _drives(robot, tape):
         force, _ = _force(p, drive, tape)
@@ -83,7 +83,7 @@ def friction_torque_columns(robot: Robot, tape: TapeBuilder) -> list[tuple[Param
 
 
 def friction_torque_slopes(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, Rows]]:
-    """Return, for friction parameters, d(torque on j)/dqd_k by j and k, if it is not zero."""
+    """Return d(torque on j)/dqd_k of friction parameters by j and k, if it is not zero."""
     out = []
     for p, drive in _drives(robot, tape):
         _, slope = _force(p, drive, tape)

@@ -1,8 +1,8 @@
 """Check of the exact base parameters in floating point.
 
 Exact arithmetic modulo a prime is right if the code maps the geometry into it consistently. This
-check does not share that code. It evaluates the columns in double precision at the file's values:
-the columns kept must be independent, and every regrouping must reproduce its column.
+check does not share that code. It evaluates the columns in double precision at the values of the
+file. The kept columns must be independent, and every regrouping must reproduce its column.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from symgen.symbolic.sampling import FUNCTIONS, random_inputs
 from symgen.symbolic.tape import Numbers, Tape
 
 _MARGIN = 10
-#: Singular values of the kept columns, scaled, below which floats would call them dependent; far
-#: below what any useful geometry has, far above rounding.
+#: Singular values of the scaled kept columns below this count as dependent in floats. It is far
+#: below those of any useful geometry, and far above rounding.
 _DEPENDENT = 1e-13
 _ERROR = 1e-6
 
@@ -39,9 +39,9 @@ def require_floats_agree(
     Args:
         robot: the mechanism, with the file's values.
         energy: tape of the energy columns.
-        parameters: those with a column of the state.
+        parameters: parameters with a column of the state.
         kept: positions of the base parameters among them.
-        rows: the relation of every other one.
+        rows: the relations of the other parameters.
     """
     values = robot.values()
     count = len(parameters) + _MARGIN

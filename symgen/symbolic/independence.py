@@ -10,11 +10,11 @@ from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.regressor import torque_tape
 from symgen.symbolic.sampling import columns_at, random_inputs
 
-_NEW = 1e-9  # share of a column that the others do not give
+_NEW = 1e-9  # smallest residual of an independent column, relative to the column
 
 
 def require_new_columns(robot: Robot, base: BaseParameters) -> None:
-    """Refuse an effect whose torque is a combination of the model's other columns.
+    """Refuse an effect whose torque is a combination of the other columns of the model.
 
     The columns are evaluated at random states in floating point. A column is a combination if the
     residual of its fit by the others is less than 1e-9 of it.
@@ -26,8 +26,9 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
     count = 4 * len(base.parameters) + 20
     inputs = random_inputs(robot, count, len(base.parameters))
     for x in (x for name in ("q", "qd", "qdd") for x in inputs[name]):
-        x[0] = 0.0  # where logarithms and quotients have their poles
-    with np.errstate(all="ignore"):  # log(0) of a power at rest; what is not finite is refused
+        x[0] = 0.0  # the poles of logarithms and quotients are there
+    # log(0) of a power at rest; other values that are not finite are refused
+    with np.errstate(all="ignore"):
         W = columns_at(torque_tape(robot), robot.values(), inputs, count)
     total = sum(not p.load for p in base.standard)
     rows = W.reshape(count, robot.n, total).transpose(1, 0, 2).reshape(-1, total)
@@ -50,8 +51,8 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
         others = others / np.where(norms > 0, norms, 1.0)
         column = rows[:, at]
         fit = np.linalg.lstsq(others, column, rcond=1e-12)[0]
-        left = float(np.linalg.norm(column - others @ fit))
-        if left <= _NEW * float(np.linalg.norm(column)):
+        residual = float(np.linalg.norm(column - others @ fit))
+        if residual <= _NEW * float(np.linalg.norm(column)):
             raise RobotError(
                 f"effect {effect.name!r} of joint {effect.joint}: {name} is nothing new: "
                 "its torque is a combination of the model's other columns; accepted: an effect "

@@ -1,7 +1,7 @@
-"""The way from the base to every link: elementary motions, and the rates of the joints.
+"""The steps from the base to every link: elementary motions, and the rates of the joints.
 
 The modified Denavit-Hartenberg transform is a product of elementary motions along and about z and
-x. Recursions apply them one by one. Zeros and signs of the geometry vanish while the steps are
+x. Recursions apply them one by one. Zeros and signs of the geometry vanish as the steps are
 written. Every step has a name.
 """
 
@@ -19,20 +19,20 @@ from symgen.symbolic.constraints import followed
 from symgen.symbolic.spatial import Shift, Turn, Vector
 from symgen.symbolic.tape import Symbols, TapeBuilder, real_symbol
 
-#: Names of arrays in generated code, which no step may have.
+#: Names of arrays in generated code; steps must not have them.
 ARGUMENTS = frozenset(
     "q qd qdd tau X out M C h p_out dl_out T_out U_out J_out N k i angle guard status qdr qddr b x "
     "rate_out dq_out dqd_out dtau_out link point J a kinetic_out potential_out standard mass com "
     "inertia g".split()
 )
 
-#: The way from the base to every joint, in file order.
+#: The steps to every joint, in file order.
 Way = tuple["Step", ...]
 
 
 @dataclass(frozen=True)
 class Step:
-    """The way from an antecedent's frame to that of joint j.
+    """The step from the frame of an antecedent to that of joint j.
 
     `before` leads to the axis of j, and includes theta if j is revolute. The velocity of the joint
     is added there. `after` is the translation along z. `rate` is the speed qd; if the joint follows
@@ -77,9 +77,9 @@ class Variables:
 
 
 def variables(robot: Robot) -> Variables:
-    """Return the variables as symbols that carry the file's joint numbers.
+    """Return the variables as symbols with the joint numbers of the file.
 
-    No length of a robot file can begin with X_.
+    No length in a robot file can begin with X_.
     """
     numbers = robot.numbers
     return Variables(
@@ -97,7 +97,7 @@ def arrays(robot: Robot, *names: str) -> list[tuple[str, Symbols]]:
 
 
 def builder(robot: Robot, symbols: Iterable[sp.Symbol] = ()) -> TapeBuilder:
-    """Return an empty tape on which names of the file, variables and other symbols are taken."""
+    """Return an empty tape with the names of the file, variables and other symbols reserved."""
     variable = (s for group in vars(variables(robot)).values() for s in group)
     taken = {s.name for s in (*variable, *symbols)} | {name for name, _ in robot.geometry}
     base = base_inputs(robot)
@@ -126,12 +126,12 @@ def path(robot: Robot, number: int) -> list[int]:
 
 
 def carriers(robot: Robot) -> set[int]:
-    """Return the numbers of the joints that move, and of the fixed ones that carry them."""
+    """Return the numbers of the moving joints, and of the fixed ones that carry them."""
     return {number for joint in robot.moving for number in path(robot, joint.number)}
 
 
 def way_of(robot: Robot, tape: TapeBuilder) -> Way:
-    """Return the way to every joint, in file order; sines and cosines become steps of the tape."""
+    """Return the steps to every joint, in file order; sines and cosines become tape steps."""
     variable = variables(robot)
     q, qd = joint_map(robot, variable.q), joint_map(robot, variable.qd)
     out = []
@@ -161,7 +161,7 @@ def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, rate: sp.Expr, tape: TapeBuilde
 def elementary(
     joint: Joint, c: sp.Expr, s: sp.Expr, r: sp.Expr, tape: TapeBuilder
 ) -> tuple[tuple[Turn | Shift, ...], tuple[Shift, ...]]:
-    """Return the motions to the axis of a joint, turned about it by (c, s), and that along it."""
+    """Return the motions to the axis of a joint, turned about it by (c, s), and those along it."""
     j = joint.number
     before: tuple[Turn | Shift, ...] = (
         Turn(2, *_angle(joint.gamma, f"gamma{j}", tape), f"a{j}"),
@@ -190,7 +190,7 @@ def _angle(angle: sp.Expr, name: str, tape: TapeBuilder) -> tuple[sp.Expr, sp.Ex
 def cosine_sine(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     """Return cosine and sine of a constant angle, in radicals only if these are not nested.
 
-    cos(pi/8) stays as it is. As sqrt(2 + sqrt(2))/2, its sign modulo a prime would no longer match
+    cos(pi/8) stays unchanged. As sqrt(2 + sqrt(2))/2, its sign modulo a prime would no longer match
     that of sin(pi/8).
     """
     both = sp.cos(angle), sp.sin(angle)

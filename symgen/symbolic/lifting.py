@@ -1,10 +1,10 @@
-"""Exact coefficients of a relation whose columns are known, over the field of the geometry.
+"""Exact coefficients of a relation with known columns, over the field of the geometry.
 
-Elimination modulo a prime tells which columns take part in a relation. Their coefficients are the
-null vector of a small matrix: the columns at a few rational points of the state, evaluated exactly
-with lengths as symbols, or numerically with many digits where no symbol occurs. Angles that are no
-fraction of pi enter by the tangent t of their half, cos = (1 - t^2)/(1 + t^2) and
-sin = 2 t/(1 + t^2), so that the matrix is rational.
+Elimination modulo a prime gives the columns of a relation. Their coefficients are the null vector
+of a small matrix, the columns at a few rational points of the state. With named lengths, symgen
+evaluates it exactly with symbols; otherwise numerically with many digits. An angle that is not a
+fraction of pi enters by the tangent t of its half, cos = (1 - t^2)/(1 + t^2) and sin = 2 t/(1 +
+t^2), so that the matrix is rational.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.tape import Arithmetic, Numbers, Tape, real_symbol
 
 _TRIES = 6
-_LARGEST = 4  # columns of a relation that is lifted with a named angle in it
+_LARGEST = 4  # columns of a lifted relation with a named angle
 _DIGITS = 50
 
 
@@ -39,10 +39,10 @@ def lifted(
     """Return c such that h_0 + sum of c_i h_i is constant over the support (0 the first column).
 
     The coefficients are formulas if the geometry has named symbols. If it has numbers only, they
-    have 50 digits: elimination has already found all rational ones.
+    have 50 digits, because elimination has already given all rational ones.
 
     Raises:
-        SymgenError: no exact relation was found; the geometry is outside what symgen covers.
+        SymgenError: there is no exact relation; symgen does not cover the geometry.
     """
     tape = energy.keep([i for i in support if state[i].inertial])
     columns = _Columns(robot, tape, [state[i] for i in support])
@@ -64,7 +64,7 @@ def lifted(
         rest = _point(robot, random.Random("rest"))
         vector = _null_vector(sp.Matrix(columns.differences(arithmetic, points, rest, draw)))
         if vector is not None and vector[0] != 0:
-            return [_whole_angles(sp.cancel(c / vector[0]), halves) for c in vector[1:]]
+            return [_in_full_angles(sp.cancel(c / vector[0]), halves) for c in vector[1:]]
     raise SymgenError(
         f"no exact regrouping relation was found for {state[support[0]].name}; "
         "give angles as fractions of pi where they are"
@@ -74,8 +74,8 @@ def lifted(
 def _null_vector(matrix: sp.Matrix) -> list[sp.Expr] | None:
     """Return the null vector of a matrix of formulas, or None if there are several.
 
-    The field is that of rational functions over the rationals and the roots that occur. The field
-    that SymPy would choose for lengths times roots has no exact zero.
+    The field is that of rational functions over the rationals and the roots in the matrix. SymPy
+    would choose a field without an exact zero for lengths times roots.
     """
     roots = sorted(
         {p.base for entry in matrix for p in entry.atoms(sp.Pow) if not p.exp.is_Integer},
@@ -123,8 +123,8 @@ def _numbers(columns: _Columns) -> list[sp.Expr]:
     return [sp.Float(str(context.nstr(c, _DIGITS)), _DIGITS) for c in solution]
 
 
-def _whole_angles(expr: sp.Expr, halves: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
-    """Write a rational function of t = tan(angle/2) in the angle's cosine and sine."""
+def _in_full_angles(expr: sp.Expr, halves: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
+    """Write a rational function of t = tan(angle/2) in the cosine and sine of the angle."""
     for angle, t in halves.items():
         if not expr.has(t):
             continue
@@ -190,7 +190,7 @@ class _Columns:
     ) -> list[list[Any]]:
         """Return the columns at every point but the first, minus those at the first.
 
-        Where gravity or the motion of the base is an input, it is drawn at every point.
+        If gravity or the motion of the base is an input, it is drawn at every point.
         """
         rows = []
         for point in points:
@@ -242,6 +242,6 @@ class _Exact(Arithmetic):
         if isinstance(a, _Circle) and isinstance(b, _Circle):
             return a.plus(b)
         if self.following:
-            raise NeedsValuesError("a constant angle beside joints that follow others")
-        # Adding a constant keeps the point as random as it was.
+            raise NeedsValuesError("a constant angle and joints that follow others")
+        # Adding a constant keeps the point random.
         return a if isinstance(a, _Circle) else b

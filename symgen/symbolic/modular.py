@@ -1,14 +1,14 @@
 """Exact arithmetic modulo a prime, for the proof of ranks and relations.
 
 A geometric constant is an element of Q(symbols, sqrt(2), cos(angle), ...). Modulo a prime p it
-becomes an integer: lengths are random integers, or the file's rationals; an angle is a sum of
-rational multiples of generators, and each generator x is one random unit z = e^(ix), so that
-cos x = (z + 1/z)/2 and sin x = (z - 1/z)/(2i). Commensurable angles thereby share one point of the
-circle. Fractions of pi are roots of unity, with p = 1 modulo the order needed. Generators that are
+becomes an integer. Lengths are random integers, or the rationals of the file. An angle is a sum of
+rational multiples of generators. Each generator x is one random unit z = e^(ix), so that cos x = (z
++ 1/z)/2 and sin x = (z - 1/z)/(2i). Commensurable angles thereby share one point of the circle.
+Fractions of pi are roots of unity, with p = 1 modulo the order needed. Generators that are
 independent over the rationals have algebraically independent exponentials (Lindemann and
 Weierstrass). A random point is therefore the right model.
 
-A rank found modulo p is never larger than the true one. It is smaller with a probability of about
+A rank modulo p is never larger than the true one. It is smaller with a probability of about
 degree/p (Schwartz and Zippel), about 1e-8 for each prime if angles are fractions of pi. Decimal
 angles raise the degree; `guard` checks the result in floating point.
 """
@@ -34,11 +34,11 @@ _TWELFTH = 48  # k pi/24 is a power of e^(2 pi i/48)
 
 
 class BadDrawError(SymgenError):
-    """A random point makes a denominator zero, or a radicand a non-residue: draw another one."""
+    """A random point makes a denominator zero or a radicand a non-residue; draw another one."""
 
 
 class _Constant(int):
-    """A residue with its exact expression, which cosine and sine of an angle need."""
+    """A residue with its exact expression, which is needed for the cosine and sine of an angle."""
 
     expr: sp.Expr
 
@@ -63,7 +63,7 @@ class PrimeField(Arithmetic):
     Args:
         prime: p, with p - 1 a multiple of `order`.
         seed: seed of the random values.
-        angles: every constant angle that will occur. They determine the generators.
+        angles: all constant angles of the computation. They determine the generators.
         order: order of the roots of unity, from `order_needed(angles)`.
     """
 
@@ -85,7 +85,8 @@ class PrimeField(Arithmetic):
         for angle in angles:
             for number, base in _angle_terms(angle):
                 known = self._unit.get(base, sp.S.Zero)
-                self._unit[base] = _rational_gcd(known, number / 2)  # formulas may halve an angle
+                # formulas may contain half an angle
+                self._unit[base] = _rational_gcd(known, number / 2)
         self._z = {base: self._random.randrange(2, prime) for base in self._unit}
 
     def _primitive_root_of_unity(self) -> int:
@@ -144,7 +145,7 @@ class PrimeField(Arithmetic):
         return np.array([self._random.randrange(1, self.p) for _ in range(count)], dtype=np.int64)
 
     def _turned(self, angle: JointAngle, other: Any) -> Any:
-        """Return angle + other: an angle again where the other is an angle or a constant."""
+        """Return angle + other; it is an angle if `other` is an angle or a constant."""
         if not isinstance(other, JointAngle | _Constant):
             return (angle.number + other) % self.p
         unit: Any = None
@@ -159,7 +160,7 @@ class PrimeField(Arithmetic):
         return JointAngle((angle.number + number) % self.p, unit)
 
     def _multiple(self, angle: JointAngle, factor: Any) -> Any:
-        """Return factor times angle: an angle again where the factor is a fraction of its parts."""
+        """Return factor times angle; it is an angle if the factor is a fraction of its parts."""
         number = angle.number * factor % self.p
         if not isinstance(factor, _Constant):
             return number
@@ -184,7 +185,7 @@ class PrimeField(Arithmetic):
         return (z + inverse) * self._half % self.p, (z - inverse) * self._half_i % self.p
 
     def _is_angle(self, expr: sp.Expr) -> bool:
-        """Whether a constant is a sum of this geometry's angles; a length added to q is not."""
+        """Return whether a constant is a sum of angles of the geometry; a length is not."""
         return all(
             base is sp.pi or (base in self._unit and (number / self._unit[base]).is_Integer)
             for number, base in _angle_terms(expr)
@@ -208,7 +209,7 @@ class PrimeField(Arithmetic):
         p = self.p
         if e.is_Rational:
             return int(e.p) * self._inverse(int(e.q))
-        if e.is_Symbol or e is sp.pi:  # outside sin and cos, pi is a transcendental like a length
+        if e.is_Symbol or e is sp.pi:  # outside sin and cos, pi is transcendental like a length
             if e not in self._numbers:
                 self._numbers[e] = self._random.randrange(1, p)
             return self._numbers[e]
@@ -242,10 +243,10 @@ class PrimeField(Arithmetic):
         return root * self._inverse(int(e.q)) % self.p
 
     def _prime_root(self, factor: int) -> int:
-        """Return a square root of a prime, consistent with the roots of unity that hold it.
+        """Return a square root of a prime, consistent with the roots of unity that contain it.
 
-        Those of 2 and 3 are cosines; that of an odd prime f of the order is Gauss's sum over the
-        f-th roots of unity: its square is f, or -f where f = 3 modulo 4.
+        The roots of 2 and 3 are cosines. For an odd prime f of the order, Gauss's sum over the f-th
+        roots of unity gives the root: its square is f, or -f if f = 3 modulo 4.
         """
         if factor in (2, 3):
             angle = sp.pi / (4 if factor == 2 else 6)
@@ -307,8 +308,8 @@ def reduce_rows(matrix: Residues, p: int) -> tuple[list[int], Residues]:
     """Gauss-Jordan elimination modulo p, from the first column to the last.
 
     Returns:
-        The pivot columns, and the reduced rows. Each column holds the coefficients by which it
-        combines the pivot columns.
+        The pivot columns, and the reduced rows. Each column contains the coefficients of the pivot
+        columns in it.
     """
     m = np.array(matrix, dtype=np.int64) % p
     pivots: list[int] = []
@@ -336,7 +337,8 @@ def rational(residues: Sequence[int], moduli: Sequence[int]) -> sp.Rational | No
     for r, p in zip(residues, moduli, strict=True):  # Chinese remainders
         value += product * ((r - value) * pow(product, -1, p) % p)
         product *= p
-    bound = 1 << (product.bit_length() // 3)  # twice this many bits are explained by chance alone
+    # with half of the bits, a rational would fit by chance
+    bound = 1 << (product.bit_length() // 3)
     a, b, u, v = product, value, 0, 1
     while b > bound:
         q = a // b

@@ -5,9 +5,9 @@ With the antecedent a of joint j, its speed qd, and P from the origin of a to th
     jw_j = jA_a aw_a + sigmabar z qd,    jV_j = jA_a (aV_a + aw_a x aP_j) + sigma z qd
 
 (Khalil and Kleinfinger 1987). Accelerations start from -g at the base, so weight needs no separate
-term (Luh, Walker and Paul 1980). If the base has an IMU, they start from what it measures: specific
+term (Luh, Walker and Paul 1980). If the base has an IMU, they start from its measurements: specific
 force, angular velocity and angular acceleration. Steps repeat those of `velocities` exactly, and
-the tape keeps one of each.
+the tape keeps one copy of each.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ from symgen.symbolic.tape import TapeBuilder
 
 @dataclass(frozen=True)
 class LinkState:
-    """LinkState of a link frame, in the frame.
+    """The motion of a link frame, in this frame.
 
-    A twist (w, V) passes on to the next link as the acceleration (dw, a) of a motion from rest
-    does. So the recursion of velocities is that of accelerations where w is zero.
+    A twist (w, V) propagates to the next link like the acceleration (dw, a) of a motion from rest.
+    The recursion of velocities is therefore that of accelerations with w = 0.
 
     Attributes:
         dw: angular acceleration, or the angular velocity.
@@ -105,8 +105,8 @@ AT_REST = LinkState(ZERO, ZERO)
 def base_velocity(robot: Robot, tape: TapeBuilder) -> LinkState:
     """Return the twist of the base and gravity, for the recursion of velocities.
 
-    With an IMU, only the proof of minimality uses it, for any velocity of the base and any gravity:
-    their symbols are those of wd and f.
+    With an IMU, only the proof of minimality uses it, for any velocity of the base and any gravity.
+    Their symbols are those of wd and f.
     """
     if not robot.imu:
         return replace(AT_REST, g=gravity(robot, tape))
@@ -126,8 +126,9 @@ def velocities(way: Way, base: LinkState, tape: TapeBuilder) -> Mapping[int, Lin
     """Derive the twist, gravity and height of every link by joint number; 0 is the base.
 
     Args:
-        way: from `steps`.
-        base: from `base_velocity`, or AT_REST if the caller does not use gravity.
+        way: the steps to every joint, from `way_of`.
+        base: the motion of the base, from `base_velocity`; AT_REST if the caller does not use
+            gravity.
         tape: receives the named steps.
     """
     states = {0: base}
@@ -144,8 +145,8 @@ def accelerations(
     """Derive w, dw and a of every link by joint number.
 
     Args:
-        way: from `steps`; its speeds may be zero.
-        base: from `base_acceleration`.
+        way: the steps to every joint, from `way_of`; their speeds may be zero.
+        base: the motion of the base, from `base_acceleration`.
         qdd: joint accelerations by joint number; absent means zero.
         tape: receives the named steps.
     """
@@ -169,13 +170,14 @@ def references(
     """Derive the reference motion of links by joint number, with their real velocity.
 
     Args:
-        way: from `steps`, with the real speeds; the links before it rest.
+        way: the steps to every joint, from `way_of`, with the real speeds; links before its first
+            joint are at rest.
         real: the real motion of every link, from `accelerations`.
-        base: from `base_acceleration`.
+        base: the motion of the base, from `base_acceleration`.
         speed: reference speeds by joint number; absent means zero.
         acceleration: reference accelerations by joint number.
         tape: receives the named steps.
-        letters: for the names of steps.
+        letters: letters for the names of steps.
     """
     states: dict[int, LinkState] = {}
     for step in way:
@@ -220,13 +222,13 @@ def passed(
 
 
 def _faster(w: Vector, name: str, rate: sp.Expr, tape: TapeBuilder) -> Vector:
-    """Return an angular velocity with the rate of a joint about z added."""
+    """Return an angular velocity plus the rate of a joint about z."""
     return replaced(w, {2: tape.name(name, w[2] + rate)})
 
 
 def _moved(now: LinkState, motion: Turn | Shift, letters: Letters, tape: TapeBuilder) -> LinkState:
     if isinstance(motion, Shift):
-        a = _carried(now, motion, letters.shift, tape)
+        a = _shifted(now, motion, letters.shift, tape)
         u = tape.name(f"U{motion.tag}", now.u - now.g[motion.axis] * motion.length)
         return replace(now, a=a, u=u)
     w = turned(now.w, motion, letters.w, tape)
@@ -235,7 +237,7 @@ def _moved(now: LinkState, motion: Turn | Shift, letters: Letters, tape: TapeBui
     return LinkState(dw, a, w, real, turned(now.g, motion, "G", tape), now.u)
 
 
-def _carried(now: LinkState, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
+def _shifted(now: LinkState, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
     """Return a + dw x P + w x (real w x P) for P along one axis."""
     k, (i, h) = shift.axis, around(shift.axis)
 
@@ -245,7 +247,7 @@ def _carried(now: LinkState, shift: Shift, letter: str, tape: TapeBuilder) -> Ve
         return tape.name(name, now.w[low] * now.turning[high])
 
     def sum_of(axis: int, value: sp.Expr) -> sp.Expr:
-        # The wrench of the body needs the same sums: with names there is one of each.
+        # The wrench of the body needs the same sums; with names, each exists once.
         return tape.entry(value, f"{letter}A", shift.tag, axis)
 
     column = {
@@ -264,13 +266,13 @@ def screws(way: Way, tape: TapeBuilder) -> Mapping[int, Mapping[int, Screw]]:
     w_i = sum of e_ij qd_j and V_i = sum of v_ij qd_j.
     """
     moving = (step.joint for step in way if not step.joint.fixed)
-    return handed_on(way, {j.number: axis(j.sigma) for j in moving}, "EL", tape)
+    return in_later_frames(way, {j.number: axis(j.sigma) for j in moving}, "EL", tape)
 
 
-def handed_on(
-    way: Way, own: Mapping[int, Screw], letters: str, tape: TapeBuilder
+def in_later_frames(
+    way: Way, twists: Mapping[int, Screw], letters: str, tape: TapeBuilder
 ) -> Mapping[int, Mapping[int, Screw]]:
-    """Express the twist `own` of each joint j, given in frame j, in each frame that j moves."""
+    """Express the twist of each joint j, in frame j, in each frame that j moves."""
     states: dict[int, dict[int, Screw]] = {0: {}}
     for step in way:
         here = states[step.joint.antecedent]
@@ -280,12 +282,12 @@ def handed_on(
                 for j, twist in here.items()
             }
         j = step.joint.number
-        states[j] = here | ({j: own[j]} if j in own else {})
+        states[j] = here | ({j: twists[j]} if j in twists else {})
     return states
 
 
-def handed_back(wrench: Screw, step: Step, tag: str, tape: TapeBuilder) -> Screw:
-    """Express a wrench (f, n) on link j as one on its antecedent: n moves by P x f."""
+def wrench_on_antecedent(wrench: Screw, step: Step, tag: str, tape: TapeBuilder) -> Screw:
+    """Express a wrench (f, n) on link j as one on its antecedent: n changes by P x f."""
     for motion in step.back:
         wrench = onward(wrench, motion, (f"F{tag}", f"N{tag}"), tape)
     return wrench

@@ -13,9 +13,9 @@ class Parameter:
     """One standard parameter.
 
     Attributes:
-        name: as written in tables: XX3, IA3, FS3, XXL.
+        name: name as in tables: XX3, IA3, FS3, XXL.
         prefix: the name without its number.
-        joint: number of the joint it belongs to.
+        joint: number of its joint.
         unit: SI unit.
         inertial: whether it has an energy column (friction has a power column only).
         load: whether its torque depends on the rigid-body torque. It then has no column, and comes

@@ -1,6 +1,6 @@
 """Torques of a reference motion, M qddr + C(q, qd) qdr + g, and generalized momentum.
 
-C is made of Christoffel symbols. Reference speeds and accelerations pass through the links together
+C contains the Christoffel symbols. Reference speeds and accelerations pass through the links along
 with the real velocity (Slotine and Li 1987; in body coordinates, Niemeyer and Slotine 1991). The
 momentum p = M qd is e . k + v . l of all links that a joint carries. C^T qd - g = dL/dq is, in
 frame j,
@@ -16,8 +16,8 @@ from symgen.symbolic.constraints import ByJoint, spread, to_variables
 from symgen.symbolic.dynamics import (
     Plant,
     gravity_torque,
-    handed_down,
     in_all,
+    summed_to_base,
     to_joints,
     with_rotors,
 )
@@ -27,7 +27,7 @@ from symgen.symbolic.spatial import acting, axis, screw_rate
 
 
 def slotine_li_torque(p: Plant) -> ByJoint:
-    """Return M qddr + C(q, qd) qdr + g + friction(qd), and effects of its rigid-body torque."""
+    """Return M qddr + C(q, qd) qdr + g + friction(qd), and the effects of its rigid-body torque."""
     variable, tape = variables(p.robot), p.tape
     qdr, qddr = (joint_map(p.robot, symbols) for symbols in (variable.qdr, variable.qddr))
     speed, acceleration = (spread(p.robot, rate, tape) for rate in (qdr, qddr))
@@ -45,7 +45,7 @@ def generalized_momentum(p: Plant) -> tuple[ByJoint, ByJoint]:
     """Return p = M qd and C^T qd - g by movable joint."""
     tape, qd = p.tape, joint_map(p.robot, variables(p.robot).qd)
     moving = velocities(p.way, AT_REST, tape)
-    total = handed_down(p, p.momenta(moving), "k")
+    total = summed_to_base(p, p.momenta(moving), "k")
     momentum, rate = {}, {}
     for joint in p.robot.moving:
         j, screw, twist = joint.number, axis(joint.sigma), moving[joint.number].twist

@@ -2,7 +2,7 @@
 
 The link of a point is chosen at run time by one symbol for each link: 1 for the chosen link, and 0
 for the others. Sums over these symbols select its frame, and the joints that move it. The code
-needs no branches for this.
+therefore needs no branches.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Place = tuple[Vector, ...]  # axes x, y, z and origin, in frame 0
 
 
 def link_places(robot: Robot, tape: TapeBuilder) -> tuple[dict[int, Place], Way]:
-    """Return the pose of every frame in frame 0, by joint number, and the steps that lead there."""
+    """Return the pose of every frame in frame 0, by joint number, and the steps to it."""
     way = way_of(robot, tape)
     out: dict[int, Place] = {0: (*map(unit_vector, range(3)), ZERO)}
     for step in way:
@@ -77,7 +77,7 @@ def frames_tape(robot: Robot) -> Tape:
 
 
 def jacobian_tape(robot: Robot) -> Tape:
-    """Derive the Jacobian of the last frame that moves: rows v then w, (6, n), row-major.
+    """Derive the Jacobian of the last moving frame: rows v then w, (6, n), row-major.
 
     A fixed joint on the base that comes after it in the file, as in a URDF, does not count.
     """
@@ -96,7 +96,7 @@ def jacobian_tape(robot: Robot) -> Tape:
 
 
 def links(robot: Robot) -> Symbols:
-    """Return the symbols that choose a link, in file order."""
+    """Return the symbols that select a link, in file order."""
     return tuple(real_symbol(f"X_at{joint.number}") for joint in robot.joints)
 
 

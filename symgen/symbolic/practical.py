@@ -1,9 +1,9 @@
 """Base parameters of a calibrated robot: those of its nominal geometry.
 
-The exact geometry separates parameters that the nominal one joins. Where their torque is small,
-a log cannot separate them: the exact set is right, and its equations are nearly singular. The
-practical set regroups them as the nominal geometry does, and every other one as the exact
-geometry does. Its columns are those of the exact geometry.
+The exact geometry separates parameters that the nominal one regroups. If their torque is small, a
+log cannot separate them: the exact set is correct, but its equations are nearly singular. The
+practical set regroups them as the nominal geometry does, and all others as the exact geometry does.
+Its columns are those of the exact geometry.
 """
 
 from __future__ import annotations
@@ -24,20 +24,21 @@ from symgen.symbolic.regressor import torque_tape
 from symgen.symbolic.sampling import columns_at, random_inputs
 
 FloatArray = NDArray[np.float64]
-#: Share of a joint's torque that may be left out. On a UR10 whose origins are off by 0.7 mrad,
-#: 0.16 % left out raise the held-out error of joint 1 by half: filters leave 0.13 % of 1 % noise.
+#: Share of a joint's torque that may be left out. On a UR10 with origins off by 0.7 mrad, leaving
+#: out 0.16 % increases the held-out error of joint 1 by half, because filters reduce 1 % noise to
+#: 0.13 %.
 LIMIT = 3e-4
-_DRAWS, _STATES = 10, 1000  # of links, and states for each of them
-_SLOW = 0.5  # speeds and accelerations of a moderate motion, to those of random states
+_DRAWS, _STATES = 10, 1000  # number of draws of links, and of states for each
+_SLOW = 0.5  # speeds and accelerations of a moderate motion, relative to those of random states
 _MASS = (1.0, 5.0)  # kg
-_SIZE = 0.1  # of the centre of mass and of the radius of gyration, in units of the reach
-_DIGITS = 2  # of figures in the manifest, which are the same on every machine
+_SIZE = 0.1  # of the centre of mass and of the radius of gyration, relative to the reach
+_DIGITS = 2  # of figures in the manifest, so that they are the same on all computers
 
 
 def practical_base(robot: Robot, exact: BaseParameters, nominal: BaseParameters) -> BaseParameters:
-    """Return the base parameters to use: of the nominal geometry if these express all torques.
+    """Return the base parameters to use: those of the nominal geometry if they express all torques.
 
-    Of the parameters that only the exact geometry separates, those with the least torque regroup
+    Some parameters are separated by the exact geometry only. Those with the smallest torque regroup
     as in the nominal geometry, as long as less than LIMIT of any joint's torque is left out.
 
     Args:
@@ -46,22 +47,24 @@ def practical_base(robot: Robot, exact: BaseParameters, nominal: BaseParameters)
         nominal: those of the nominal geometry.
 
     Returns:
-        Base parameters with formulas of the exact geometry. `nominal` has the figures if the sets
-        of both geometries differ.
+        Base parameters with formulas of the exact geometry. `nominal` contains the figures if the
+        sets of both geometries differ.
     """
     common = {p.head for p in nominal.parameters}
     separated = [p for p in exact.parameters if p.head not in common]
     if not separated or not common <= {p.head for p in exact.parameters}:
         return exact
     joins = {
-        own.head: {p.head: c for p in nominal.parameters for c, name in p.terms if name == own.head}
-        for own in separated
+        parameter.head: {
+            p.head: c for p in nominal.parameters for c, name in p.terms if name == parameter.head
+        }
+        for parameter in separated
     }
     loss = _loss(robot, exact, separated, joins)
     order = np.argsort(loss.alone(), kind="stable")
     regrouped = order[:0]
     for count in range(1, len(separated) + 1):
-        if max(loss.together(order[:count])) < LIMIT:
+        if max(loss.sum(order[:count])) < LIMIT:
             regrouped = order[:count]
     joined = [separated[k] for k in sorted(regrouped)]
     parameters = tuple(
@@ -78,7 +81,7 @@ def practical_base(robot: Robot, exact: BaseParameters, nominal: BaseParameters)
             exact_rank=exact.proof.rank,
             separated=tuple(zip((p.head for p in separated), loss.columns, strict=True)),
             kept=tuple(p.head for p in separated if p not in joined),
-            missing=loss.together(regrouped),
+            missing=loss.sum(regrouped),
             states=_DRAWS * _STATES,
             limit=LIMIT,
         ),
@@ -94,7 +97,9 @@ def _joined(
     joins: _Joins,
     exact: BaseParameters,
 ) -> BaseParameter:
-    """Return a parameter with the separated ones that join it, and all that regroups into them."""
+    """Return a parameter with the separated ones that regroup into it, and all that regroup into
+    these.
+    """
     head = parameter.head
     terms = _terms(parameter)
     for other in separated:
@@ -107,7 +112,7 @@ def _joined(
 
 @dataclass(frozen=True)
 class _Loss:
-    """Torque that is left out where separated parameters regroup as in the nominal geometry.
+    """Torque that is left out if separated parameters regroup as in the nominal geometry.
 
     Attributes:
         gram: (n, s, s) products of these torques by joint, relative to the squared joint torque.
@@ -122,8 +127,8 @@ class _Loss:
         squares: FloatArray = np.diagonal(self.gram, axis1=1, axis2=2).max(axis=0)
         return np.sqrt(squares)
 
-    def together(self, places: NDArray[np.intp]) -> tuple[float, ...]:
-        """Return the share of every joint's torque, (n,), for some parameters together."""
+    def sum(self, places: NDArray[np.intp]) -> tuple[float, ...]:
+        """Return the share of every joint's torque, (n,), for the sum of some parameters."""
         squares = self.gram[:, places][:, :, places].sum(axis=(1, 2))
         return tuple(_short(share) for share in np.sqrt(np.maximum(squares, 0.0)))
 
@@ -134,7 +139,7 @@ def _loss(
     separated: Sequence[BaseParameter],
     joins: _Joins,
 ) -> _Loss:
-    """Measure the torque that is left out, for random links and states."""
+    """Compute the left-out torque for random links and states."""
     plain = replace(robot.with_values(), effects=())
     tape = torque_tape(plain)
     formulas = _matrix(exact, [{p.head: sp.S.One, **_terms(p)} for p in separated], robot)
@@ -169,7 +174,7 @@ def _terms(parameter: BaseParameter) -> dict[str, sp.Expr]:
 
 
 def _matrix(base: BaseParameters, rows: Sequence[dict[str, sp.Expr]], robot: Robot) -> FloatArray:
-    """Return sums of standard parameters as a matrix (rows, s), at the robot's lengths."""
+    """Return sums of standard parameters as a matrix (rows, s), at the lengths of the robot."""
     place = {p.name: i for i, p in enumerate(base.standard)}
     values = robot.values()
     out = np.zeros((len(rows), len(place)))
@@ -180,7 +185,7 @@ def _matrix(base: BaseParameters, rows: Sequence[dict[str, sp.Expr]], robot: Rob
 
 
 def _links(robot: Robot, base: BaseParameters, seed: int) -> FloatArray:
-    """Draw standard parameters (s,) of links as long and as heavy as those of arms."""
+    """Draw standard parameters (s,) of links with the usual sizes and masses of arms."""
     draw, size = np.random.default_rng(seed), reach(robot)
     values: dict[str, float] = {}
     for joint in robot.moving:

@@ -7,9 +7,9 @@ With the screw (e, v) of joint j in the frame of link i, and the unit wrench (f,
     momentum dT/dqd_j       e . k + v . l
     dL/dq_j                 k . dw + l . dV + dependence of gravity on q_j
 
-Moving q_j alone rotates the links behind joint j against the twist (w_a, V_a) of its antecedent:
-dw = -e x w_a, dV = -(e x V_a + v x w_a). This is a twist of joint j, and passes on to the other
-links as its screw does. Power is the wrench times the twist of the link.
+Moving q_j alone rotates the links behind joint j against the twist (w_a, V_a) of its antecedent: dw
+= -e x w_a, dV = -(e x V_a + v x w_a). This is a twist of joint j, and it propagates to the other
+links like its screw. Power is the wrench times the twist of the link.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from symgen.symbolic.motion import (
     accelerations,
     base_acceleration,
     base_velocity,
-    handed_on,
+    in_later_frames,
     references,
     screws,
     velocities,
@@ -55,7 +55,7 @@ Columns = list[ByJoint]
 
 @dataclass(frozen=True)
 class _Scene:
-    """The state that every regressor starts from; joints that move, and links, by number."""
+    """The state that every regressor starts from; moving joints, and links, by number."""
 
     robot: Robot
     tape: TapeBuilder
@@ -140,12 +140,12 @@ def slotine_li_tape(robot: Robot) -> Tape:
 def momentum_tape(robot: Robot) -> Tape:
     """Derive the columns of dT/dqd, then those of dL/dq: (n, inertial standard parameters) each."""
     scene, frame, _ = _scene(robot)
-    # (dw, dV) of link i with q_j, by i and j. In frame j the joint's own speed makes no difference:
-    # it is along z, through the origin.
+    # (dw, dV) of link i with q_j, by i and j. In frame j the speed of the joint itself makes no
+    # difference: it is along z, through the origin.
     own = {}
     for joint in robot.moving:
         own[joint.number] = screw_rate(axis(joint.sigma), frame[joint.number].twist)
-    change = handed_on(scene.way, own, "IJ", scene.tape)
+    change = in_later_frames(scene.way, own, "IJ", scene.tape)
     momentum: Columns = []
     slope: Columns = []
     for p in scene.parameters:
@@ -165,7 +165,7 @@ def momentum_tape(robot: Robot) -> Tape:
 
 
 def _weight(p: Parameter, here: LinkState, screw: Screw) -> sp.Expr:
-    """Return the part of dL/dq_j that gravity adds, for one unit parameter."""
+    """Return the contribution of gravity to dL/dq_j, for one unit parameter."""
     e, v = screw
     if p.prefix in names.MOMENT:
         return dot(unit_vector(names.MOMENT.index(p.prefix)), cross(here.g, e))

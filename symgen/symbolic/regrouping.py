@@ -1,4 +1,4 @@
-"""Tapes that compute base parameters: from standard ones, and with a body added to a link."""
+"""Tapes for base parameters: from standard ones, and with a body added to a link."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _joined(
     tape: TapeBuilder,
     start: Mapping[str, sp.Expr],
 ) -> list[sp.Expr]:
-    """Return start + head + sum of c times the standard parameters that join each base one."""
+    """Return start + head + sum of c times the regrouped parameters, for each base parameter."""
     out = []
     for p in base.parameters:
         value = start.get(p.name, sp.S.Zero) + standard.get(p.head, sp.S.Zero)

@@ -1,8 +1,8 @@
 """Linear relations between energy columns that hold by structure, in closed form.
 
 A relation is a combination of energy columns that is constant in every motion: sum of n_k h_k =
-const. The rules are those of Gautier and Khalil (1988, 1990), stated for bodies. If the motion of
-joint j does not change a body on link j, the body can as well belong to the antecedent of j.
+const. The rules are those of Gautier and Khalil (1988, 1990), for bodies. If the motion of joint j
+does not change a body on link j, the body can also belong to the antecedent of j.
 
 * revolute j: a mass at the origin (M), a moment along z (MZ), and XX = YY: 3 relations;
 * prismatic j: a body without mass and moment, of which only the orientation counts (XX..ZZ): 6;
@@ -28,7 +28,7 @@ _Way = tuple[Turn | Shift, ...]
 
 
 class _Formulas(TapeBuilder):
-    """A tape builder that names no steps, so results stay formulas."""
+    """A tape builder that does not name steps, so results stay formulas."""
 
     def constant(self, _: str, value: sp.Expr) -> sp.Expr:
         return value
@@ -40,13 +40,13 @@ class _Formulas(TapeBuilder):
 def structural_relations(robot: Robot) -> list[Relation]:
     """Return the relations of all joints, from the base to the tips, then those of the payload."""
     found: list[Relation] = []
-    # Direction, in each link, that all rotations so far keep: () for none yet, None for several.
+    # Direction in each link that all rotations so far keep: () before a rotation, None without one.
     direction: dict[int, Vector | None] = {0: None if robot.imu else ()}
     for joint in robot.joints:
         c, s = cosine_sine(joint.theta)
         before, after = elementary(joint, c, s, joint.r, _Formulas())  # at q = 0
         found += [_moved(joint, body, (*before, *after)) for body in _kept_bodies(joint)]
-        here = _carried(joint, direction[joint.antecedent], before)
+        here = _kept_direction(joint, direction[joint.antecedent], before)
         direction[joint.number] = here
         if here and joint.slides:
             found.append(
@@ -60,7 +60,7 @@ def structural_relations(robot: Robot) -> list[Relation]:
     return found
 
 
-def _carried(joint: Joint, axis: Vector | None, way: _Way) -> Vector | None:
+def _kept_direction(joint: Joint, axis: Vector | None, way: _Way) -> Vector | None:
     """Express the common direction of rotation of the antecedent in frame j."""
     if axis is None:
         return None
@@ -83,7 +83,7 @@ def _kept_bodies(joint: Joint) -> list[dict[str, int]]:
 
 
 def _moved(joint: Joint, body: dict[str, int], way: _Way) -> Relation:
-    """Return body on link j minus the same body on its antecedent (nothing on the base)."""
+    """Return a body on link j minus the same body on its antecedent (nothing on the base)."""
     moved = Inertia.of({prefix: sp.Integer(value) for prefix, value in body.items()})
     out = {f"{prefix}{joint.number}": v for prefix, v in moved.parameters.items() if v != 0}
     if joint.antecedent == 0:

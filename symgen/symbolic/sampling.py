@@ -13,7 +13,7 @@ from symgen.symbolic.energy import stacked
 from symgen.symbolic.kinematics import base_inputs
 from symgen.symbolic.tape import Numbers, Tape, Values
 
-#: Numpy's form of every function that a tape may hold.
+#: NumPy's form of every function in a tape.
 FUNCTIONS = {
     "sin": np.sin,
     "cos": np.cos,
@@ -53,7 +53,7 @@ def columns_at(
     """Return the outputs of a tape at some states, (count, outputs).
 
     Args:
-        tape: of columns.
+        tape: tape of columns.
         values: named length -> exact value.
         inputs: entries of every input array, (count,) each.
         count: number of states.

@@ -1,8 +1,9 @@
 """Vectors, twists and wrenches, and their change of frame under elementary motions.
 
 The modified Denavit-Hartenberg transform is a product of elementary motions along and about z and
-x. A twist (w, V) of a frame behind such a motion is (R^T w, R^T (V + w x P)). A wrench goes back
-the same way: a force f and its moment n change as w and V do under the opposite motion.
+x. A twist (w, V) of a frame behind such a motion is (R^T w, R^T (V + w x P)). A wrench transforms
+in the opposite direction: a force f and its moment n change as w and V do under the opposite
+motion.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ def symmetric(entries: Mapping[tuple[int, int], sp.Expr]) -> Matrix:
     return matrix(lambda i, k: entries.get((i, k), entries.get((k, i), sp.S.Zero)))
 
 
-#: Places of a symmetric matrix, in the order of XX XY XZ YY YZ ZZ.
+#: Positions in a symmetric matrix, in the order XX XY XZ YY YZ ZZ.
 UPPER = tuple((i, k) for i in range(3) for k in range(i, 3))
 
 
@@ -51,13 +52,15 @@ Z = unit_vector(2)
 
 
 def axis(sigma: int) -> Screw:
-    """Return the screw of a joint in its own frame: a turn about z, a shift along it, or 0."""
+    """Return the screw of a joint in the frame of the joint: a turn about z, a shift along it, or
+    0.
+    """
     return Z if sigma == names.REVOLUTE else ZERO, Z if sigma == names.PRISMATIC else ZERO
 
 
 def dot(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
     """Return a . b."""
-    # Leaving zeros out first takes half the time: SymPy is slow with them, too, and many are zero.
+    # Skipping zeros takes half the time: many entries are zero, and SymPy is slow with them too.
     pairs = zip(a, b, strict=True)
     return sp.Add(*(x * y for x, y in pairs if x is not sp.S.Zero and y is not sp.S.Zero))
 
@@ -143,7 +146,7 @@ def around(axis: int) -> tuple[int, int]:
 
 
 def replaced(a: Vector, entries: ByJoint) -> Vector:
-    """Return a vector with other entries in some places."""
+    """Return a vector with some entries replaced."""
     return vector(lambda i: entries.get(i, a[i]))
 
 

@@ -1,9 +1,9 @@
-"""The intermediate form of all kernels: named single assignments, as SYMORO writes them.
+"""The intermediate form of all kernels: named single assignments, as in SYMORO.
 
-A Tape describes the computation of a kernel: constants of the geometry, then steps
-`name = expression` in SymPy symbols, then the outputs. An output is a symbol, its negative, or a
-number. C is printed from it. NumPy, CasADi and arithmetic modulo a prime run it through `Tape.run`.
-Nothing is ever expanded.
+A Tape describes the computation of a kernel: constants of the geometry, then steps `name =
+expression` in SymPy symbols, then the outputs. An output is a symbol, its negative, or a number.
+symgen prints C from it. NumPy, CasADi and arithmetic modulo a prime run it through `Tape.run`.
+Expressions are never expanded.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ import sympy as sp
 from symgen.errors import SymgenError
 
 Symbols = tuple[sp.Symbol, ...]
-#: Symbols, and what each stands for.
+#: Symbols with their definitions.
 Steps = tuple[tuple[sp.Symbol, sp.Expr], ...]
-#: What symbols stand for: numbers for named lengths, or expressions.
+#: Values of symbols: numbers for named lengths, or expressions.
 Values = Mapping[sp.Symbol, sp.Expr]
 
 
@@ -31,11 +31,11 @@ def real_symbol(name: str) -> sp.Symbol:
 
 
 class Arithmetic(ABC):
-    """The operations that running a tape needs, over any kind of number."""
+    """Arithmetic operations for running a tape, over any kind of number."""
 
     @abstractmethod
     def constant(self, value: sp.Expr) -> Any:
-        """Return the number that an exact geometric expression stands for."""
+        """Return the number for an exact geometric expression."""
 
     @abstractmethod
     def add(self, a: Any, b: Any) -> Any:
@@ -60,7 +60,9 @@ class Arithmetic(ABC):
 
 @dataclass(frozen=True)
 class Operations:
-    """Counts of a kernel's scalar operations; `sincos` counts the angles, `other` abs and tanh."""
+    """Counts of the scalar operations of a kernel; `sincos` counts the angles, `other` abs and
+    tanh.
+    """
 
     mul: int
     add: int
@@ -69,7 +71,7 @@ class Operations:
     other: int = 0
 
     def plus(self, more: Operations, times: int = 1) -> Operations:
-        """Return the sum of these and more operations, so many times."""
+        """Return the sum of these and `times` times more operations."""
         pairs = zip(vars(self).values(), vars(more).values(), strict=True)
         return Operations(*(a + times * b for a, b in pairs))
 
@@ -79,10 +81,10 @@ class Tape:
     """A straight-line program.
 
     Attributes:
-        inputs: the arrays that come in, each a name and its scalar symbols.
+        inputs: the input arrays, each a name and its scalar symbols.
         constants: symbols with their exact value in numbers and named lengths.
-        steps: assignments in order; each right-hand side is in earlier symbols.
-        outputs: one symbol, negated symbol or number for every scalar that goes out.
+        steps: assignments in order; each right-hand side contains earlier symbols.
+        outputs: one symbol, negated symbol or number for every output scalar.
     """
 
     inputs: tuple[tuple[str, Symbols], ...]
@@ -92,7 +94,7 @@ class Tape:
 
     @cached_property
     def order(self) -> Mapping[sp.Symbol, int]:
-        """Position of every symbol: the order of terms and factors wherever a tape is written."""
+        """Position of every symbol, which determines the order of terms and factors in output."""
         symbols = [s for _, group in self.inputs for s in group]
         symbols += [s for s, _ in self.constants] + [s for s, _ in self.steps]
         return {s: i for i, s in enumerate(symbols)}
@@ -153,7 +155,7 @@ class Tape:
 
     @cached_property
     def operations(self) -> Operations:
-        """Count the operations of one evaluation, as they are printed in C."""
+        """Count the operations of one evaluation in C."""
         count = {"mul": 0, "add": 0, "div": 0, "other": 0}
         angles = set()
         for _, expr in self.steps:
@@ -170,7 +172,7 @@ class Tape:
                     count["mul"] += int(part.exp) - 1
                 elif part.is_Function:
                     count["other"] += 1
-        # The argument of sin and cos is written once for both.
+        # C contains the argument of sin and cos once for both.
         repeated = len(
             [1 for _, e in self.steps if e.func in (sp.sin, sp.cos) and e.args[0].is_Add]
         )
@@ -263,10 +265,11 @@ class _Compiler:
 
 
 class TapeBuilder:
-    """Collects and names the steps of a derivation. It is mutable, and lives only during it.
+    """Collects and names the steps of a derivation. It is mutable, and only used during one
+    derivation.
 
     Args:
-        reserved: names that no step may have.
+        reserved: names that steps must not have.
         last: inputs that come last, if the derivation reads any of them.
     """
 
@@ -282,14 +285,14 @@ class TapeBuilder:
         self._taken = set(reserved)
 
     def symbol(self, name: str) -> sp.Symbol:
-        """Return a real symbol of this name, or of the next free one."""
+        """Return a real symbol with this name, or with the next free one."""
         while name in self._taken:
             name += "_"
         self._taken.add(name)
         return real_symbol(name)
 
     def constant(self, name: str, value: sp.Expr) -> sp.Expr:
-        """Return a symbol for a constant of the geometry; 0, 1 and -1 stay what they are."""
+        """Return a symbol for a constant of the geometry; 0, 1 and -1 stay unchanged."""
         if value in (0, 1, -1):
             return value
         if value.as_coeff_Mul()[0] < 0:
@@ -308,7 +311,7 @@ class TapeBuilder:
         if known is not None:
             return known
         parts = sp.Add.make_args(expr)
-        negated = [-part for part in parts]  # SymPy takes long to make this a sum
+        negated = [-part for part in parts]  # SymPy is slow to make this a sum
         if len(parts) == 1 and negated[0].is_Symbol:
             return expr
         opposite = self._sums.get(frozenset(negated))
@@ -344,7 +347,7 @@ class Numbers(Arithmetic):
         values: value of every named length.
         functions: sin, cos, abs, sign and tanh for this kind of number.
         number: turns a constant of `digits` digits into this kind of number.
-        digits: how many.
+        digits: number of digits of the constants.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
-"""The torque of a robot's links for other lengths and another gravity than those of its file.
+"""The torque of the links of a robot with other lengths and another gravity than in its file.
 
 One tape has all standard parameters of the links, all nonzero lengths, and gravity as symbols. It
-also contains parameters that have no effect in the geometry of the file.
+also contains parameters without an effect in the geometry of the file.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Variation:
     def lengths(self) -> tuple[tuple[int, str], ...]:
         """Number of the joint and key of every length that is not zero, as ("d", "r", "b").
 
-        The lengths of fixed joints that carry none that moves are left out.
+        The lengths of fixed joints that carry no moving joint are left out.
         """
         carrying = carriers(self.robot)
         return tuple(
@@ -58,7 +58,7 @@ class Variation:
 
     @property
     def units(self) -> FloatArray:
-        """Unit vectors of the parameters of the links that move, (10 links, links, 10)."""
+        """Unit vectors of the parameters of the moving links, (10 links, links, 10)."""
         count = len(self.robot.moving)
         return np.eye(count * len(names.LINK)).reshape(-1, count, len(names.LINK))
 
@@ -74,11 +74,10 @@ class Variation:
         Args:
             state: q, qd, qdd, (..., n) each; rad or m and so on. If the base has an IMU, also its
                 motion f, w, wd, (..., 3) each.
-            links: XX XY XZ YY YZ ZZ MX MY MZ M of every link that moves, fixed ones in it
-                included, (..., links, 10). The leading axes are broadcast against those of the
-                state.
-            gravity: in frame 0, (3,), m/s2; None for the file's.
-            changes: added to lengths, m.
+            links: XX XY XZ YY YZ ZZ MX MY MZ M of every moving link, including fixed ones in it,
+                (..., links, 10). The leading axes are broadcast against those of the state.
+            gravity: gravity in frame 0, (3,), m/s2; None for that of the file.
+            changes: changes of the lengths, m.
 
         Returns:
             (..., n), N m or N.
@@ -131,7 +130,7 @@ class Variation:
             couplings=(),
             payload=None,
             effects=(),
-            # Names that no step of the tape may take; their values come with each run.
+            # Names that steps of the tape must not have; their values come with each run.
             geometry=tuple((s.name, sp.S.One) for s in (*gravity, *self._values)),
         )
         every = standard_parameters(robot)
@@ -146,7 +145,7 @@ class Variation:
 def _arithmetic(
     v: Variation, gravity: tuple[float, ...], changes: tuple[tuple[tuple[int, str], float], ...]
 ) -> Numbers:
-    """Return floats that remember the constants of one geometry and gravity."""
+    """Return floats that cache the constants of one geometry and gravity."""
     values = dict(v._values)
     for key, change in changes:
         values[_symbol(*key)] += change
@@ -156,10 +155,10 @@ def _arithmetic(
 
 
 def link_values(robot: Robot, base: BaseParameters, X: FloatArray) -> FloatArray:
-    """Return parameters of the links that move, (links, 10), that give X (p,).
+    """Return parameters of the moving links, (links, 10), with base parameters X (p,).
 
-    Parameters that lead a base parameter have its value; all others are zero. The difference from
-    the true set has no torque in the geometry and gravity of the model.
+    Leading parameters have the values of their base parameters; all others are zero. The difference
+    from the true set has no torque in the geometry and gravity of the model.
     """
     out = np.zeros((len(robot.moving), len(names.LINK)))
     at = {joint.number: i for i, joint in enumerate(robot.moving)}
@@ -172,7 +171,7 @@ def link_values(robot: Robot, base: BaseParameters, X: FloatArray) -> FloatArray
 
 @lru_cache(maxsize=4)
 def variation(robot: Robot) -> Variation:
-    """Return the variation of a robot; its tape is derived when it is first run."""
+    """Return the variation of a robot; its tape is derived in the first run."""
     return Variation(robot)
 
 

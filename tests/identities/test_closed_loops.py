@@ -142,8 +142,8 @@ cut = [5, 6]
     [
         ("cut = [5, 6]", "cut = [5, 9]", "no joint 9"),
         ("cut = [5, 6]", "cut = [5, 5]", "accepted: different joints"),
-        ("q1 - q3", "q3 - q1", "loop 1: frames 5 and 6 come apart by"),
-        ("d = 0.3\nfollows", "d = 0.31\nfollows", "come apart by 0.01 m"),
+        ("q1 - q3", "q3 - q1", "loop 1: frames 5 and 6 separate by"),
+        ("d = 0.3\nfollows", "d = 0.31\nfollows", "separate by 0.01 m"),
         ('follows = "q1 - q3"', "", "passive joints linear in the active ones"),
         ("q1 - q3", "q1*q3", "a sum of numbers times variables"),
         ("q1 - q3", "q1 - q2", "found 'q2'"),

@@ -9,7 +9,7 @@ import time
 import pytest
 
 from symgen.errors import SymgenError
-from symgen.parallel import executor_of, in_order, own_threads
+from symgen.parallel import executor_of, in_order, thread_count
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3, 20])
@@ -71,7 +71,7 @@ def test_threads_are_the_cores_and_an_option_says_another_number(
 ) -> None:
     for cores, threads in ((1, 1), (2, 2), (64, 4)):
         monkeypatch.setattr(os, "sched_getaffinity", lambda _, n=cores: range(n), raising=False)
-        assert own_threads() == threads
+        assert thread_count() == threads
     with executor_of(None, None) as nobody:
         assert nobody is None
     with executor_of(1, None) as one:

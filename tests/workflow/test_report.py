@@ -104,7 +104,7 @@ def test_page_holds_verdict_fit_parameters_and_origin(html: str) -> None:
         *("ZZ1 + IA1 + L1**2*M2", "1.70", "-0.310", "12346", "N m s/rad"),
         *("5 of 6", "80.0 %", "excite.csv: resampled to 500 Hz", "seed", "17", "8.0000 Hz"),
         *("1 pair of parameters", "-0.9731"),
-        *("Values beside prior and other methods", "1.8700", "0.567", "by iv", "1.6830"),
+        *("Values from prior and other methods", "1.8700", "0.567", "by iv", "1.6830"),
     ):
         assert words in text, words
 

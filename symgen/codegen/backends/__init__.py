@@ -14,13 +14,14 @@ from symgen.codegen.values import Values
 from symgen.codegen.verification import verification
 from symgen.files import rendered
 
-#: Version of the interface in C, CMake and pkg-config; the first number is that of the layout.
+#: Version of the interface in C, CMake and pkg-config. The first number is that of the array
+#: layout.
 VERSION = "1.2.0"
 
 
 @dataclass(frozen=True)
 class Package:
-    """What the files of a package are made from.
+    """The content of a package, from which backends write its files.
 
     Attributes:
         name: prefix of every file and function.
@@ -28,7 +29,7 @@ class Package:
         dtype: "double" or "float", of the C sources.
         kernels: the kernels to write.
         targets: the targets to write.
-        values: values of the parameters, if they are known.
+        values: values of the parameters, if known.
     """
 
     name: str
@@ -39,17 +40,19 @@ class Package:
     values: Values | None = None
 
     def has(self, *kernels: str) -> bool:
-        """Whether all these kernels are written."""
+        """Return whether the package contains all these kernels."""
         return set(kernels) <= {k.name for k in self.kernels}
 
     @cached_property
     def verified(self) -> Mapping[str, Any]:
-        """Check values, as `verification` returns them."""
+        """Check values, as from `verification`."""
         return verification(self.model, self.kernels)
 
     @cached_property
     def runtime(self) -> tuple[str, ...]:
-        """Parts of the C runtime: least squares and the identifiers whose kernels are written."""
+        """Parts of the C runtime: least squares, and the identifiers for the kernels of the
+        package.
+        """
         base = self.model.base
         regressor, power = ENERGY
         friction = len(base.parameters) > base.inertial
@@ -82,11 +85,11 @@ class Backend(Protocol):
     """Interface of a module that writes a target.
 
     Attributes:
-        BUILDS_ON: the other targets whose files it needs.
+        BUILDS_ON: other targets whose files it needs.
     """
 
     BUILDS_ON: tuple[str, ...]
 
     def files(self, package: Package) -> dict[str, str]:
-        """Return path -> text of its files."""
+        """Return path -> text of the files of the target."""
         ...

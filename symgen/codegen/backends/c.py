@@ -25,10 +25,11 @@ from symgen.symbolic.tape import real_symbol
 BUILDS_ON: tuple[str, ...] = ()
 _LINE = 100  # line length of a header
 _SINCOS, _LANES = "math.h", "lanes.h"  # no public headers
-#: Limits of [limits] that C has as constants.
+#: Limits from [limits] that become constants in C.
 _LIMITS = ("position", "velocity", "acceleration", "jerk", "torque")
 
-#: Of a floating type: its bytes and bits, and the endings of vector instructions and of libm.
+#: Properties of a floating type: bytes and bits, and the endings of vector instructions and of
+#: libm.
 _REALS: dict[str, dict[str, Any]] = {
     "double": {"bytes": 8, "bits": 64, "ps": "pd", "f": "", "sqrt": "sqrt"},
     "float": {"bytes": 4, "bits": 32, "ps": "ps", "f": "f", "sqrt": "sqrtf"},
@@ -70,20 +71,21 @@ def functions(
 
     Args:
         model: the derived model.
-        kernels: their names; all by default.
+        kernels: names of the kernels; all by default.
         panels: whether batches work on panels; otherwise they are loops of single calls, which
             compile faster.
         runtime: whether to add the identifiers.
     """
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
-    plain = replace(model, robot=model.robot.mechanism())  # other limits compile nothing again
+    # the same cache entry for robots with other limits
+    plain = replace(model, robot=model.robot.mechanism())
     package = Package(model.robot.name, plain, "double", chosen)
     written = library_files(package, panels=panels, runtime=runtime)
     return {path: content.encode() for path, content in written.items()}
 
 
 def library_files(package: Package, *, panels: bool = True, runtime: bool = True) -> dict[str, str]:
-    """Return the sources and headers of the functions, and of the runtime if wanted."""
+    """Return the sources and headers of the functions, and optionally of the runtime."""
     name, robot = package.name, package.model.robot
     kernels = [_described(package, k, panels and panelled(k)) for k in package.kernels]
     out = {f"{name}.h": _header(package, kernels)}
@@ -106,7 +108,7 @@ def library_files(package: Package, *, panels: bool = True, runtime: bool = True
 
 
 def runtime_source(path: str, gravity_input: bool, dtype: str = "double") -> str:
-    """Return a file of the C runtime, with NAME in place of the prefix.
+    """Return a file of the C runtime with the prefix in place of NAME.
 
     Args:
         path: path in templates/c/runtime.
@@ -144,14 +146,14 @@ def _header(package: Package, kernels: Sequence[Any]) -> str:
 
 
 def _named_places(robot: Robot) -> list[tuple[str, int]]:
-    """Return an ending of a C identifier for each joint with a name, and its place in q."""
+    """Return an ending of a C identifier for each joint with a name, and its position in q."""
     named = [(k, j.name) for k, j in enumerate(robot.movable) if j.name]
     endings = c_identifiers((name for _, name in named), "joint")
     return [(ending, k) for ending, (k, _) in zip(endings, named, strict=True)]
 
 
 def _constants(package: Package) -> dict[str, str]:
-    """Return the headers of constants that the robot file or the values give."""
+    """Return the headers of constants from the robot file and the values."""
     name, model = package.name, package.model
     robot, base = model.robot, model.base
     out = {}

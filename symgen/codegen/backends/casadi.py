@@ -18,7 +18,7 @@ from symgen.files import rendered
 from symgen.robot.types import Robot
 
 _WIDTH = 96
-#: What the text calls itself: no step may hide it.
+#: Names that the generated text uses; steps must not have them.
 _TAKEN = frozenset({"ca", *keyword.kwlist})
 
 
@@ -26,7 +26,7 @@ BUILDS_ON: tuple[str, ...] = ()
 
 
 def files(package: Package) -> dict[str, str]:
-    """Return NAME_casadi.py, and the optimal control if its kernels are written."""
+    """Return NAME_casadi.py, and the optimal control if its kernels are in the package."""
     source = casadi_source(package.name, package.model.robot, package.kernels)
     return {f"{package.name}_casadi.py": source, **example.optimal_control(package)}
 
@@ -34,7 +34,7 @@ def files(package: Package) -> dict[str, str]:
 def casadi_source(name: str, robot: Robot, kernels: Sequence[Kernel]) -> str:
     """Return NAME_casadi.py: a function for each kernel that builds a casadi.Function.
 
-    Arrays are columns and matrices of the shapes in NAME.h; 4x4 frames are stacked. An output is
+    Arrays are columns and matrices with the shapes in NAME.h; 4x4 frames are stacked. An output is
     NaN if a guard is not positive: the mass matrix is not positive definite, or the robot has no
     such link.
 
@@ -62,7 +62,7 @@ def casadi_functions(
 
 
 def function_name(name: str, kernel: str) -> str:
-    """Return the name of a casadi.Function, which CasADi accepts: no double underscores."""
+    """Return the name of a casadi.Function. CasADi does not accept double underscores."""
     return re.sub("_+", "_", f"{name}_casadi_{kernel}").strip("_")
 
 

@@ -22,11 +22,11 @@ TONES = {"agree": "good", "differ": "warn", "unknown": "warn"}
 
 
 def comparison_content(c: Comparison) -> Content:
-    """Return verdict, parameters and their differences, residuals, provenance."""
+    """Return verdict, parameters and their differences, residuals, and provenance."""
     lead = (f"Two estimates of the robot {c.a.robot}: a is {c.names[0]}, b is {c.names[1]}.",)
     reasons = tuple(
         f"{p.name}: {number(p.a.value, 4)} in a, {number(p.b.value, 4)} {p.a.unit} in b, "
-        f"{number(p.sigmas, 3)} combined std apart"
+        f"a difference of {number(p.sigmas, 3)} combined std"
         for p in c.moved[:10]
     )
     facts = (
@@ -67,32 +67,32 @@ def _sections(c: Comparison) -> tuple[Section, ...]:
         )
         for p in c.parameters
     ]
-    table = Table(("name", "a", "std", "b", "std", "apart, std", "unit", "formula"), rows)
-    beside = _of_itself(c.b)
-    sides = [(key, said, beside[key]) for key, said in _of_itself(c.a).items()]
+    table = Table(("name", "a", "std", "b", "std", "distance, std", "unit", "formula"), rows)
+    second = _of_itself(c.b)
+    sides = [(key, value, second[key]) for key, value in _of_itself(c.a).items()]
     left = f"{counted(len(c.left_out), 'parameter')} cannot be compared."
     a, b = (dict(e.provenance) for e in (c.a, c.b))
     origin = [(key, _short(a.get(key, "-")), _short(b.get(key, "-"))) for key in {**a, **b}]
     return (
-        Section("Differences", (_DIFFERENCE,), table, told=()),
+        Section("Differences", (_DIFFERENCE,), table, printed=()),
         Section(
             "Side by side",
             ("Residuals of different models and logs are not of the same quantity.",),
             Table(("", "a", "b"), sides),
-            told=(),
+            printed=(),
         ),
         Section(f"Why a is {c.a.verdict}", tuple(r.text for r in c.a.reasons)),
         Section(f"Why b is {c.b.verdict}", tuple(r.text for r in c.b.reasons)),
-        Section("Not compared", (left,), Table(("name", "why"), c.left_out), told=()),
+        Section("Not compared", (left,), Table(("name", "why"), c.left_out), printed=()),
         Section(
             "Notes",
             tuple(f"{n[:1].upper()}{n[1:]}." for n in c.notes),
-            told=tuple(f"note: {n}" for n in c.notes),
+            printed=tuple(f"note: {n}" for n in c.notes),
         ),
         Section("Provenance", table=Table(("item", "a", "b"), (("estimate", *c.names), *origin))),
     )
 
 
 def _short(text: str) -> str:
-    """Return the start of a digest; the estimate file has all of it."""
+    """Return the start of a digest; the estimate file contains the full digest."""
     return f"{text[:12]}..." if len(text) == 64 and " " not in text else text

@@ -34,7 +34,7 @@ from symgen.report.content.parts import (
 from symgen.report.plots import diagnosis as diagnosis_plots
 from symgen.robot.effect import definitions
 
-_LEFT = "Measured minus modelled torque in the motion's band, on data the search never saw."
+_RESIDUAL = "Measured minus modelled torque in the motion's band, on data the search never saw."
 _EFFECTS = (
     "An effect is a torque on the joint. symgen fits its values together with all other "
     "parameters. Constants without std come from a search."
@@ -82,12 +82,12 @@ def _sections(d: Diagnosis) -> list[Section]:
             (f"Measured, and by the model {models}, in the motion's band.",),
             figure=partial(diagnosis_plots.torques, d),
         ),
-        Section("Effects", (_EFFECTS,), _effect_table(d), told=()),
+        Section("Effects", (_EFFECTS,), _effect_table(d), printed=()),
         _gap_section(d),
         _advice_section(d, {*(tie(e, d.extended) for e in tied)}),
     )
     details = (
-        Section("Residual", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
+        Section("Residual", (_RESIDUAL,), figure=partial(diagnosis_plots.residuals, d)),
         repairs_section(d.repairs),
         Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.repaired, d)),
         Section(
@@ -117,10 +117,10 @@ def _sections(d: Diagnosis) -> list[Section]:
     return [*front, *(replace(section, folded=True) for section in details)]
 
 
-def _advice_section(d: Diagnosis, told: Container[str]) -> Section:
+def _advice_section(d: Diagnosis, effect_lines: Container[str]) -> Section:
     more = undeclared(d)
     lines = tuple(f"note: {line}" for line in (*d.advice, *more))
-    text = [*(line for line in d.advice if line not in told), *more]
+    text = [*(line for line in d.advice if line not in effect_lines), *more]
     if any(effect.declared for effect in d.effects):
         text.append(
             "Identify the robot.toml next to this page with the same logs: it declares the named "
@@ -128,7 +128,7 @@ def _advice_section(d: Diagnosis, told: Container[str]) -> Section:
         )
     if d.command:
         text.append(d.command)
-    return Section("What to do", tuple(text), told=lines)
+    return Section("What to do", tuple(text), printed=lines)
 
 
 def _gap_section(diagnosis: Diagnosis) -> Section:
@@ -136,7 +136,7 @@ def _gap_section(diagnosis: Diagnosis) -> Section:
         "The torque error is the RMS of measured minus modelled torque over the RMS of the "
         "measured torque. The noise floor is the error that the sensor noise alone would cause."
     )
-    return Section("Torque error by joint", (text,), _gap_table(diagnosis), told=())
+    return Section("Torque error by joint", (text,), _gap_table(diagnosis), printed=())
 
 
 def _gap_table(d: Diagnosis) -> Table:
@@ -181,7 +181,7 @@ def _at_rest(effect: FoundEffect, d: Diagnosis) -> str:
     """Return the position q0 at which a spring has no torque, K (q - q0) = K q + OF; or ''."""
     known = definitions().get(effect.name)
     if known is None or not known.offset or len(known.linear) != 1 or not effect.parameters:
-        return ""  # of what is suspected, no value is known
+        return ""  # a suspected effect has no known value
     (k,) = effect.parameters
     offsets = (p.value for p in d.parameters if p.name == f"OF{effect.joints[0]}")
     value = -next(offsets, math.nan) / (k.value or math.nan)

@@ -61,7 +61,7 @@ _MODELS = (
 _SUSPECTED = "What may be wrong but is not certain. It changes no verdict."
 _VALUES = ("The distance is from the estimate, in standard deviations of the other value.",)
 #: Correlation above which two parameters are listed as hardly distinguishable.
-TIED = 0.9
+CORRELATED = 0.9
 
 
 def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
@@ -79,7 +79,7 @@ def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
 def _banner(e: Estimate) -> Banner:
     trusted = e.verdict == "trusted"
     said, errors = _errors(e)
-    errors.pop("noise floor", None)  # the headline has it
+    errors.pop("noise floor", None)  # the headline states it
     facts = [(f"{said}, {data}", percent(r.relative)) for data, r in errors.items()]
     known = len(e.parameters) - sum(_weak(e, p) for p in e.parameters)
     facts.append((f"parameters known to {KNOWN:g} %", f"{known} of {len(e.parameters)}"))
@@ -90,7 +90,7 @@ def _banner(e: Estimate) -> Banner:
 
 
 def _errors(e: Estimate) -> tuple[str, dict[str, Residual]]:
-    """Return what the errors are of, and the errors; those of joints in motion come first."""
+    """Return the subject of the errors, and the errors; those of joints in motion come first."""
     if e.torque_train is None or e.torque_validation is None:
         return f"{e.model} residual", {"held-out data": e.validation, "training logs": e.train}
     held, train = e.torque_validation, {"training logs": e.torque_train}
@@ -119,7 +119,7 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
 
 
 def _simulation_sections(e: Estimate) -> list[Section]:
-    """Return the position errors of the simulated robot, where there are any."""
+    """Return the position errors of the simulated robot, if there are any."""
     if e.uses is None or not e.uses.simulation.horizons:
         return []
     use = e.uses.simulation
@@ -139,10 +139,10 @@ def _simulation_sections(e: Estimate) -> list[Section]:
     if use.diverged:
         text.append(f"The identified model diverges in {use.diverged} of the windows.")
     return [
-        Section("Position error in simulation", tuple(text), table, told=()),
+        Section("Position error in simulation", tuple(text), table, printed=()),
         Section(
             f"Position error in simulation by joint after {last.seconds:g} s", (),
-            Table(("joint", *(name for name, _ in models)), by_joint), told=(), folded=True,
+            Table(("joint", *(name for name, _ in models)), by_joint), printed=(), folded=True,
         ),
     ]  # fmt: skip
 
@@ -195,7 +195,7 @@ def _error_section(e: Estimate) -> Section:
     ]
     rows.append(("all joints", "", "", *(percent(r.relative) for r in errors.values())))
     header = ("joint", "RMS torque", "RMS error", *errors)
-    return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), told=())
+    return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), printed=())
 
 
 def _model_section(e: Estimate) -> Section:
@@ -210,16 +210,16 @@ def _model_section(e: Estimate) -> Section:
         for a in e.alternatives
     ]
     header = ("model", "error on folds", "error on held-out data", "condition number")
-    return Section("Models", (_MODELS,), Table(header, rows if len(rows) > 1 else ()), told=())
+    return Section("Models", (_MODELS,), Table(header, rows if len(rows) > 1 else ()), printed=())
 
 
 def _suspected_sections(e: Estimate) -> list[Section]:
-    """Return what is suspected, a paragraph each."""
+    """Return the suspected faults, one paragraph each."""
     if not e.suspected:
         return []
     texts = [reason.text for reason in e.suspected]
     lines = tuple(f"suspected: {text}" for text in texts)
-    return [Section("Suspected", (_SUSPECTED, *texts), told=lines)]
+    return [Section("Suspected", (_SUSPECTED, *texts), printed=lines)]
 
 
 def _known_section(e: Estimate) -> Section:
@@ -229,7 +229,7 @@ def _known_section(e: Estimate) -> Section:
         f"Standard deviations exclude: {e.excludes or 'not stated'}.",
         f"Physical consistency: {e.physical.text}.",
     )
-    return Section(heading, (_KNOWN, *told), Table(_COLUMNS, rows), told=told)
+    return Section(heading, (_KNOWN, *told), Table(_COLUMNS, rows), printed=told)
 
 
 def _weak_section(e: Estimate) -> Section:
@@ -253,24 +253,25 @@ def _rows(e: Estimate) -> list[tuple[str, ...]]:
 
 
 def _values_sections(e: Estimate) -> list[Section]:
-    """Return the parameters by prior and by other methods, and the tests of bias."""
+    """Return the parameters from the prior and from other methods, and the tests of bias."""
     others = {"prior": e.prior} if e.prior else {}
     others |= {f"by {other.method}": other for other in e.comparison}
     tests = bias_tests(e)
     if not others:
         return [Section("Bias", tests)]
-    header = ("name", *(k for label in others for k in (label, "std", "apart, std")))
+    header = ("name", *(k for label in others for k in (label, "std", "distance, std")))
     rows = []
     for p in e.parameters:
         row = [p.name]
         for other in others.values():
             value, std = other.of(p.name)
-            apart = (value - p.value) / std if std > 0 else math.nan
-            known = [number(value), number(std, 3), number(apart, 3)]
+            distance = (value - p.value) / std if std > 0 else math.nan
+            known = [number(value), number(std, 3), number(distance, 3)]
             row += ["-"] * 3 if math.isinf(std) else known
         rows.append(tuple(row))
-    told = " and ".join(["prior"] * bool(e.prior) + ["other methods"] * bool(e.comparison))
-    return [Section(f"Values beside {told}", (*_VALUES, *tests), Table(header, rows), told=())]
+    sources = " and ".join(["prior"] * bool(e.prior) + ["other methods"] * bool(e.comparison))
+    heading = f"Values from {sources}"
+    return [Section(heading, (*_VALUES, *tests), Table(header, rows), printed=())]
 
 
 def bias_tests(estimate: Estimate) -> tuple[str, ...]:
@@ -287,14 +288,15 @@ def _correlation_sections(e: Estimate) -> list[Section]:
     if not e.correlation.size:
         return []
     above = np.triu(np.nan_to_num(np.abs(e.correlation)), 1)
-    tied = sorted(np.argwhere(above > TIED).tolist(), key=lambda at: (-above[*at], at))
-    names, most = [p.name for p in e.parameters], tied[:15]
+    pairs = sorted(np.argwhere(above > CORRELATED).tolist(), key=lambda at: (-above[*at], at))
+    names, most = [p.name for p in e.parameters], pairs[:15]
     rows = [(names[i], names[j], number(e.correlation[i, j], 4)) for i, j in most]
-    text = f"No two parameters are correlated beyond ±{TIED:g}."
-    if tied:
-        text = f"{counted(len(tied), 'pair')} of parameters correlated beyond ±{TIED:g}: the data "
-        text += "hardly tell them apart."
-        text += f" The {len(most)} strongest:" if len(tied) > len(most) else ""
+    text = f"No two parameters are correlated beyond ±{CORRELATED:g}."
+    if pairs:
+        count = counted(len(pairs), "pair")
+        text = f"{count} of parameters correlated beyond ±{CORRELATED:g}: the data hardly "
+        text += "distinguish them."
+        text += f" The {len(most)} strongest:" if len(pairs) > len(most) else ""
     table = Table(("parameter", "and", "correlation"), rows)
     return [Section("Correlation", (text,), table)]
 
@@ -317,6 +319,6 @@ def _provenance(e: Estimate) -> Table:
 
 
 def _weak(e: Estimate, parameter: ParameterEstimate) -> bool:
-    """Whether a parameter is not known: its deviation is large, or unknown (NaN), or none."""
+    """Return whether a parameter is not known: its deviation is large, NaN or missing."""
     known = parameter.relative_std_percent <= KNOWN
     return not known or parameter.name in e.at_bound

@@ -11,7 +11,7 @@ _COUNTS = "Scalar operations of one call. Each angle is turned once: sincos coun
 
 
 def model_content(evaluator: Evaluator) -> Content:
-    """Return the cost of the kernels, the base parameters, the frames of the robot."""
+    """Return the cost of the kernels, the base parameters, and the frames of the robot."""
     model, backend = evaluator.model, "C" if evaluator.backend == "c" else "CasADi"
     base = model.base
     lead = (

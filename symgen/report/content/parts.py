@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from symgen.identification.estimate import JointLabel
     from symgen.report.plots.figure import Figure
     from symgen.robot.types import Robot
-#: Largest number of columns that a line names; for more it gives their number.
+#: Largest number of columns that a line lists; for more it gives their number.
 _NAMED = 3
 
 
@@ -49,10 +49,10 @@ class Section:
         figure: draws the figure when a page is made; returns None if there is nothing to draw. A
             section without figure and rows is left out, unless it is text alone.
         picture: SVG.
-        told: lines that a terminal prints below the table; with None it prints nothing of the
-            section. A section of such lines alone is not on a page.
+        printed: lines that a terminal prints below the table; with None it prints nothing of the
+            section. A section with such lines alone is not on a page.
         folded: whether a page shows only the heading until it is clicked. Print and terminal omit a
-            folded section, except for `told`.
+            folded section, except for `printed`.
     """
 
     heading: str
@@ -60,7 +60,7 @@ class Section:
     table: Table | None = None
     figure: Callable[[], Figure | None] | None = None
     picture: str = ""
-    told: tuple[str, ...] | None = None
+    printed: tuple[str, ...] | None = None
     folded: bool = False
 
 
@@ -92,7 +92,7 @@ class Content:
     Attributes:
         title: title of the page.
         lead: paragraphs below the title.
-        sections: in the order of page and terminal.
+        sections: the sections, in the order of page and terminal.
         banner: the verdict.
         run: lines for the terminal on the band and the repairs of the logs.
     """
@@ -111,15 +111,15 @@ class Content:
 
 def run_lines(band: Band | None, repairs: Sequence[Fault]) -> tuple[str, ...]:
     """Return lines on the logs: band, speeds and repairs, then one line for each kind of repair."""
-    said = "no band" if band is None else band.in_words()
+    text = "no band" if band is None else band.in_words()
     alike: dict[tuple[str, str], list[Fault]] = {}
     for r in repairs:  # numbers differ between logs
         alike.setdefault((re.sub(r"[0-9.]+", "", _short(r)), r.done), []).append(r)
     mended = [r for r in repairs if r.kind != CONVERTED]
-    lines = [f"run: {said}; repaired: {_columns(mended) or 'nothing'}"]
-    for own in alike.values():
-        label = "note" if own[0].kind == CONVERTED else "repair"
-        lines.append(f"{label}: {_together(own)}")
+    lines = [f"run: {text}; repaired: {_columns(mended) or 'nothing'}"]
+    for group in alike.values():
+        label = "note" if group[0].kind == CONVERTED else "repair"
+        lines.append(f"{label}: {_one_line(group)}")
     return tuple(lines)
 
 
@@ -130,14 +130,14 @@ def _short(repair: Fault) -> str:
 
 def _columns(repairs: Sequence[Fault]) -> str:
     """Return the names of the repaired columns, or their number if there are many."""
-    found = {(column, r.log): None for r in repairs for column in r.channel.split(", ")}
-    if len(found) <= _NAMED:
-        return ", ".join(f"{column} of {log}" for column, log in found)
-    logs = list(dict.fromkeys(log for _, log in found))
-    return f"{len(found)} columns of {logs[0] if len(logs) == 1 else f'{len(logs)} logs'}"
+    columns = {(column, r.log): None for r in repairs for column in r.channel.split(", ")}
+    if len(columns) <= _NAMED:
+        return ", ".join(f"{column} of {log}" for column, log in columns)
+    logs = list(dict.fromkeys(log for _, log in columns))
+    return f"{len(columns)} columns of {logs[0] if len(logs) == 1 else f'{len(logs)} logs'}"
 
 
-def _together(repairs: Sequence[Fault]) -> str:
+def _one_line(repairs: Sequence[Fault]) -> str:
     """Return one line for the repairs of one kind."""
     first, *others = repairs
     columns = _columns(repairs)
@@ -152,14 +152,14 @@ def notes_section(notes: Sequence[str]) -> tuple[Section, ...]:
     """Return the section of notes, if there are any; the band is in `run_lines`."""
     logs: dict[str, list[str]] = {}  # note -> its logs
     for note in notes:
-        name, colon, said = note.partition(": ")
-        logs.setdefault(said if colon else note, []).append(name if colon else "")
-    told = tuple(
-        f"note: {', '.join(filter(None, dict.fromkeys(names)))}{': ' if any(names) else ''}{said}"
-        for said, names in logs.items()
+        name, colon, text = note.partition(": ")
+        logs.setdefault(text if colon else note, []).append(name if colon else "")
+    lines = tuple(
+        f"note: {', '.join(filter(None, dict.fromkeys(names)))}{': ' if any(names) else ''}{text}"
+        for text, names in logs.items()
         if names != ["band"]
     )
-    return (Section("Notes", tuple(notes), told=told),) if notes else ()
+    return (Section("Notes", tuple(notes), printed=lines),) if notes else ()
 
 
 def repairs_section(repairs: Sequence[Fault]) -> Section:
@@ -171,7 +171,7 @@ def repairs_section(repairs: Sequence[Fault]) -> Section:
 
 
 def number(value: float, digits: int = 5) -> str:
-    """Return a number with a given number of significant digits; "unknown" or ∞ if not finite."""
+    """Return a number with `digits` significant digits; "unknown" or ∞ if not finite."""
     if np.isnan(value):
         return "unknown"
     if np.isinf(value):
@@ -184,7 +184,7 @@ def number(value: float, digits: int = 5) -> str:
 def value_with_std(value: float | None, std: float | None) -> tuple[str, str]:
     """Return a value and its standard deviation as texts.
 
-    The value has three significant digits, or as many as the first digit of std reaches.
+    The value has three significant digits, or digits up to the first one of std.
     """
     if value is None:
         return "not determined", ""
@@ -229,7 +229,7 @@ def counted(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-#: How the error of a simulated position is measured.
+#: The definition of the error of a simulated position.
 PLAYBACK = (
     "The error is the RMS of simulated minus measured position, over the RMS of the distance that "
     "the joints moved; ± is its standard deviation over the windows."
@@ -237,7 +237,9 @@ PLAYBACK = (
 
 
 def _position_error(horizon: Horizon) -> str:
-    """Return the position error with its spread; without it where the error has no digits."""
+    """Return the position error with its spread; without the spread if the error has no meaningful
+    digits.
+    """
     error = percent(horizon.position_error)
     return error if horizon.position_error > MANY else f"{error} ± {percent(horizon.spread)}"
 
@@ -247,7 +249,7 @@ def horizon_table(
     models: Sequence[tuple[str, Sequence[Horizon]]],
     more: Mapping[str, Sequence[str]] | None = None,
 ) -> Table:
-    """Return the position errors of simulated robots, a row each and a column for each horizon.
+    """Return the position errors of simulated robots: one row a robot, one column a horizon.
 
     Args:
         first: heading of the names.

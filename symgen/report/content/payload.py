@@ -32,59 +32,59 @@ _ERROR = (
 _TORQUES = "Torque of the logs with the load, and of the model with and without it."
 
 
-def payload_content(found: Payload) -> Content:
-    """Return the load with its precision, the torque error with and without it, notes."""
-    left, rows = found.residual, []
-    for name, q, unit in found.rows():
+def payload_content(payload: Payload) -> Content:
+    """Return the load with its precision, the torque error with and without it, and notes."""
+    residual, rows = payload.residual, []
+    for name, q, unit in payload.rows():
         rows.append((name, *value_with_std(q.value, q.std), unit))
-    lead = (f"The load that {found.robot} carries on the link of {found.link}.",)
+    lead = (f"The load that {payload.robot} carries on the link of {payload.link}.",)
     table = Table(("", "value", "std", "unit"), rows)
-    origin, text = _LOAD.format(found.frame_label), f"Method: {found.method}."
+    origin, text = _LOAD.format(payload.frame_label), f"Method: {payload.method}."
     sections = (
-        Section("Torque with and without the load", (_TORQUES,), figure=partial(_torques, found)),
-        Section("Load", (origin, text), table, told=(origin,)),
-        Section("Torque error by joint", (_ERROR,), _errors(found), told=()),
-        repairs_section(found.repairs),
-        *notes_section(found.notes),
+        Section("Torque with and without the load", (_TORQUES,), figure=partial(_torques, payload)),
+        Section("Load", (origin, text), table, printed=(origin,)),
+        Section("Torque error by joint", (_ERROR,), _errors(payload), printed=()),
+        repairs_section(payload.repairs),
+        *notes_section(payload.notes),
     )
-    mass, (value, std) = found.mass, value_with_std(found.mass.value, found.mass.std)
-    told = "The mass is not determined" if mass.value is None else f"Mass: {value} kg"
+    mass, (value, std) = payload.mass, value_with_std(payload.mass.value, payload.mass.std)
+    headline = "The mass is not determined" if mass.value is None else f"Mass: {value} kg"
     if mass.value is not None and mass.std:
-        told += f", standard deviation {std} kg"
+        headline += f", standard deviation {std} kg"
     text = (
-        f"Torque error: {percent(left.before)} without the load in the model, "
-        f"{percent(left.after)} with it; noise accounts for {percent(left.noise_floor)}."
+        f"Torque error: {percent(residual.before)} without the load in the model, "
+        f"{percent(residual.after)} with it; noise accounts for {percent(residual.noise_floor)}."
     )
-    banner, run = Banner("plain", told, text), run_lines(found.band, found.repairs)
-    return Content(f"Payload of {found.robot}", lead, sections, banner, run)
+    banner, run = Banner("plain", headline, text), run_lines(payload.band, payload.repairs)
+    return Content(f"Payload of {payload.robot}", lead, sections, banner, run)
 
 
-def _errors(found: Payload) -> Table:
-    """Return the torque error of each joint without the load and with it."""
-    left, columns = found.residual, []
-    for ratios in (left.joints_before, left.joints_after):
+def _errors(payload: Payload) -> Table:
+    """Return the torque error of each joint with and without the load."""
+    residual, columns = payload.residual, []
+    for ratios in (residual.joints_before, residual.joints_after):
         texts = [percent(ratio) for ratio in ratios]
-        if found.traces:
-            measured = np.concatenate([t.measured for t in found.traces if t.quantity == WITH])
-            sizes = errors_in_units(found.joints, measured, ratios)
-            texts = [f"{own}, {text}" for (_, own), text in zip(sizes, texts, strict=True)]
+        if payload.traces:
+            measured = np.concatenate([t.measured for t in payload.traces if t.quantity == WITH])
+            sizes = errors_in_units(payload.joints, measured, ratios)
+            texts = [f"{error}, {text}" for (_, error), text in zip(sizes, texts, strict=True)]
         columns.append(texts)
-    labels = [joint.label for joint in found.joints]
+    labels = [joint.label for joint in payload.joints]
     rows = [*zip(labels, *columns, strict=True)]
-    rows.append(("all joints", percent(left.before), percent(left.after)))
+    rows.append(("all joints", percent(residual.before), percent(residual.after)))
     return Table(("joint", "error without the load", "error with it"), rows)
 
 
-def _torques(found: Payload) -> Figure | None:
+def _torques(payload: Payload) -> Figure | None:
     panels = []
     pairs = {
         t.log: (t, w)
-        for t in found.traces
-        for w in found.traces
+        for t in payload.traces
+        for w in payload.traces
         if (t.quantity, w.quantity, t.log) == (WITHOUT, WITH, w.log)
     }
     for log, (without, loaded) in pairs.items():
-        for j, joint in enumerate(found.joints):
+        for j, joint in enumerate(payload.joints):
             series = {
                 "measured": loaded.measured[:, j],
                 "without the load": without.predicted[:, j],

@@ -1,4 +1,4 @@
-"""Content of the motions that `excite` found."""
+"""Content of the motions of `excite`."""
 
 from __future__ import annotations
 
@@ -42,15 +42,15 @@ _QUANTITIES = ("rad or m", "rad/s or m/s", "rad/s2 or m/s2")
 
 
 def plan_content(plan: Plan) -> Content:
-    """Return verdict, use of the limits, condition numbers, the motions, notes."""
+    """Return verdict, use of the limits, condition numbers, motions, and notes."""
     lengths = dict.fromkeys(f"{run.duration:g}" for run in plan.runs)
     lead = (
         f"{counted(len(plan.runs), 'run')} of {', '.join(lengths)} s, from which identify can "
         f"determine the parameters of {plan.robot} with the {plan.model} model.",
     )
-    done, asked = plan.searches
+    done, total = plan.searches
     why = "" if plan.stopped == "done" else f"; stopped: {plan.stopped}"
-    search = f"completed searches: {done} of {asked}{why}"
+    search = f"completed searches: {done} of {total}{why}"
     rows = [
         (name + (" (searched for)" if name == plan.model else ""), number(condition, 3))
         for name, condition in plan.conditions.items()
@@ -74,9 +74,9 @@ def plan_content(plan: Plan) -> Content:
     notes = (*plan.notes, *(f"{text}." for text in plan.other_models))
     sections = (
         Section("Motion", (_MOTION,), figure=partial(_motion, plan)),
-        Section("Use of the limits", (_USES,), _uses(plan), told=()),
-        Section("Expected standard deviations", (_DEVIATIONS,), _deviations(plan), told=()),
-        Section("Condition numbers", (_CONDITIONS, search), conditions, told=(search,)),
+        Section("Use of the limits", (_USES,), _uses(plan), printed=()),
+        Section("Expected standard deviations", (_DEVIATIONS,), _deviations(plan), printed=()),
+        Section("Condition numbers", (_CONDITIONS, search), conditions, printed=(search,)),
         *notes_section(notes),
     )
     return Content(f"Motion for {plan.robot}", lead, sections, banner)
@@ -121,7 +121,7 @@ def _motion(plan: Plan) -> Figure | None:
                 x = 100 * (x - centre[order]) / high[order]
             series = {joint.label: x[:, j] for j, joint in enumerate(plan.joints)}
             if limited:
-                ends = t[[0, -1, -1, 0]]  # of one line around what the limits allow
+                ends = t[[0, -1, -1, 0]]  # a closed line around the allowed range
                 series["limit"] = np.array([ends, [100.0, 100.0, -100.0, -100.0]])
             label = "% of the limit" if limited else unit
             log = (f"run {k}", f"{run.duration:g} s")

@@ -1,4 +1,4 @@
-"""Content of a prediction: measured and predicted torque of a log, and the model's energy."""
+"""Content of a prediction: measured and predicted torque of a log, and the energy of the model."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def prediction_content(prediction: Prediction) -> Content:
     """Return the torque error of each joint, the curves, the energies and notes."""
     trace, moving, band = prediction.torque, prediction.moving, prediction.band
     lead = (
-        f"Torque of the model of {prediction.robot} along {trace.log}, beside the measured torque.",
+        f"Torque of the model of {prediction.robot} along {trace.log}, and the measured torque.",
     )
     labels = [joint.label for joint in prediction.joints]
     units = [joint.unit for joint in prediction.joints]
@@ -51,7 +51,7 @@ def prediction_content(prediction: Prediction) -> Content:
     torques, energies = partial(_torques, prediction), partial(_energies, prediction)
     sections = (
         Section("Measured and predicted torque", (filters,), figure=torques),
-        Section("Torque error by joint", (_ERROR,), table, told=()),
+        Section("Torque error by joint", (_ERROR,), table, printed=()),
         Section(
             "Energy",
             ("Potential energy is known up to a constant.",),

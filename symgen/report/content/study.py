@@ -18,7 +18,7 @@ _PARAMETERS = (
 
 
 def study_content(study: Study) -> Content:
-    """Return the models and methods, the parameters of the best, and the settings."""
+    """Return the models and methods, the parameters of the best one, and the settings."""
     best, title = study.best, f"Study of {study.robot}"
     lead = (
         f"Accuracy of the parameters of {study.robot} from {study.runs} simulated runs. Each run "
@@ -43,8 +43,8 @@ def study_content(study: Study) -> Content:
         for r in study.results
     ]
     sections = (
-        Section("Models and methods", (_WAYS,), Table(_HEADER, rows), told=()),
-        Section(f"Parameters: {best.name}", (_PARAMETERS,), _precision(best), told=()),
+        Section("Models and methods", (_WAYS,), Table(_HEADER, rows), printed=()),
+        Section(f"Parameters: {best.name}", (_PARAMETERS,), _precision(best), printed=()),
         *(
             Section(f"Parameters: {r.name}", (), _precision(r), folded=True)
             for r in study.results

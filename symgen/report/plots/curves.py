@@ -1,4 +1,4 @@
-"""Figures of an identification: measured and modelled quantities, spectra of the residual."""
+"""Figures of an identification: measured and modelled quantities, and spectra of the residual."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from symgen.identification.estimate import Estimate
 from symgen.report.plots.figure import POINTS, Figure, Panel
 
 _UNITS = {"energy": "J"}
-_PER_JOINT = {"torque": "", "momentum": " s"}  # what follows the unit of a torque
-_SHORTEST = 16  # rows of a trace that has a spectrum
-_WINDOWS = 6  # of a spectrum, at least
-_WINDOW = 64  # rows of each, at least
+_PER_JOINT = {"torque": "", "momentum": " s"}  # suffix of the torque unit
+_SHORTEST = 16  # minimum number of rows of a trace with a spectrum
+_WINDOWS = 6  # minimum number of windows of a spectrum
+_WINDOW = 64  # minimum number of rows of a window
 
 
 def measured_and_predicted(estimate: Estimate, quantity: str) -> Figure | None:
-    """Draw the measured and the modelled quantity and their difference, for each log.
+    """Draw the measured and the modelled quantity and their difference for each log.
 
     `quantity` is "energy", "momentum" or "torque". The result is None without such a trace.
     """
@@ -63,8 +63,8 @@ def residual_spectrum(estimate: Estimate, quantity: str) -> Figure | None:
 def amplitude_density(t: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the one-sided amplitude spectral density of the longest part without a gap.
 
-    The method is that of Welch (1967): Hann windows that overlap by half, without their mean. The
-    result does not contain frequency 0.
+    The method is that of Welch (1967): Hann windows that overlap by half, with their mean removed.
+    The result does not contain frequency 0.
 
     Args:
         t: time, s, (K,).
@@ -79,13 +79,13 @@ def amplitude_density(t: FloatArray, values: FloatArray) -> tuple[FloatArray, Fl
     grid = t[piece[0]] + step * np.arange(len(piece))
     even = np.stack([np.interp(grid, t[piece], column[piece]) for column in values.T])
     length = min(len(piece), max(_WINDOW, min(2 * POINTS, len(piece) // _WINDOWS)))
-    # Welch's mean of periodograms; scipy.signal would take longer to import than a page to write.
+    # Welch's mean of periodograms. Importing scipy.signal would take longer than writing a page.
     windows = np.lib.stride_tricks.sliding_window_view(even, length, axis=1)
     windows = windows[:, :: length - length // 2]
     hann = np.hanning(length + 1)[:-1]
     lines = np.fft.rfft(hann * (windows - windows.mean(axis=2, keepdims=True)), axis=2)
     power = 2 * step / np.sum(hann**2) * np.mean(np.abs(lines) ** 2, axis=1)
-    power[:, -1] /= 2 - length % 2  # half the rate has no mirror
+    power[:, -1] /= 2 - length % 2  # the Nyquist frequency has no negative counterpart
     density: FloatArray = np.sqrt(power[:, 1:]).T
     frequencies = np.asarray(np.fft.rfftfreq(length, step)[1:], dtype=np.float64)
     return frequencies, density

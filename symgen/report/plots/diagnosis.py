@@ -16,7 +16,7 @@ _UNITS = {names.REVOLUTE: ("N m", "rad"), names.PRISMATIC: ("N", "m")}
 
 
 def torques(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the torque of every joint over time: measured, by the model before and after."""
+    """Draw the torque of every joint over time: measured, and modelled before and after."""
     changed = any(effect.adopted for effect in diagnosis.effects)
     shown = ("measured", "before", "after") if changed else ("measured", "before")
     return _over_time(diagnosis, lambda c: {x: getattr(c, x) for x in shown})
@@ -42,7 +42,7 @@ def _over_time(
 
 
 def repaired(diagnosis: Diagnosis) -> Figure | None:
-    """Draw a channel of each repair where it changes most: as recorded, then as used."""
+    """Draw one channel of each repair where it changes most, as recorded and as used."""
     panels, done = [], set()
     for c in diagnosis.mended:
         if (c.log, c.says) in done:

@@ -1,8 +1,8 @@
-"""Figures of a page: small plots of curves as HTML and SVG, without a script.
+"""Figures of a page: small plots of curves as HTML and SVG, without scripts.
 
-Curves stretch with the page. Labels are text, so that they keep their size on a phone, on a wide
-screen and on paper. The colours of Okabe and Ito (2008) are distinct for colour-blind readers;
-curves that share a plot differ in width or dashes as well, so that they are distinct in grey.
+Curves stretch with the page. Labels are text, so their size is the same on a phone, on a wide
+screen and on paper. The colours of Okabe and Ito (2008) are distinct for colour-blind readers.
+Curves in one plot also differ in width or dashes, so that they are distinct in grey.
 """
 
 from __future__ import annotations
@@ -18,21 +18,22 @@ from symgen.data.raw import FloatArray
 from symgen.files import rendered
 
 BLUE, ORANGE, GREEN, SKY, INK = "#0072B2", "#D55E00", "#009E73", "#56B4E9", "#24292f"
-#: Colours of other curves than those of `_LOOKS`; a measured one is blue.
+#: Colours of curves that are not in `_LOOKS`.
 _COLOURS = (INK, ORANGE, GREEN, "#CC79A7", "#B07800")
 _DASHES = ("", "7 3", "2 3", "9 3 2 3")
-#: Points that a curve is drawn with at most, one for each pixel of a wide page.
+#: Maximum number of points of a curve: one for each pixel of a wide page.
 POINTS = 1200
-#: Points of a figure, half a megabyte; its curves share them, but have a few in any case.
+#: Maximum number of points of a figure, half a megabyte, shared by its curves; and minimum for each
+#: curve.
 _OF_ALL, _FEW = 60_000, 40
 #: Units of a plot from left to right, and from top to bottom.
 _WIDE, _HIGH = 2000, 1000
-_INTERVALS = 2.5  # between the ticks of an axis, at least
+_INTERVALS = 2.5  # minimum number of intervals between the ticks of an axis
 _ROUND = (10, 5, 2, 1)  # steps of an axis, times a power of ten
-_MARGIN = 0.05  # of the ordinate, above and below the curves
-_FLAT = 1e-9  # a relative range that is drawn as a constant
+_MARGIN = 0.05  # share of the ordinate, above and below the curves
+_FLAT = 1e-9  # a smaller relative range is drawn as a constant
 _GAP = 5  # steps without a sample that interrupt a line
-_COLUMNS = 4  # of plots, on a wide page
+_COLUMNS = 4  # maximum number of plots in a row of a wide page
 _KINDS = {"train": "training"}
 
 
@@ -52,7 +53,7 @@ class Look(NamedTuple):
 
 
 _UNDER, _OVER, _WRONG = Look(SKY, 4.0), Look(INK, 1.2), Look(ORANGE, 2.5)
-#: Looks of curves by what they show.
+#: Looks of curves by their names.
 _LOOKS = {
     "unfiltered": Look("#9aa4ae", 0.8),
     "measured": _UNDER,
@@ -77,9 +78,9 @@ class Panel:
     Attributes:
         title: its title, with the unit of the ordinate.
         x: abscissa, (K,).
-        series: name and values of each curve, (K,); or (2, M) with its own abscissa, drawn as it
-            is, where the others keep their peaks.
-        log: name and kind of the log that it shows.
+        series: name and values of each curve, (K,); or (2, M) with its abscissa, drawn without
+            thinning. Thinning keeps peaks.
+        log: name and kind of the log in the plot.
         logarithmic: whether both axes are.
     """
 
@@ -90,7 +91,7 @@ class Panel:
     logarithmic: bool = False
 
     def curves(self, points: int) -> dict[str, FloatArray]:
-        """Return what is drawn of each series, (2, M): about so many points."""
+        """Return the points to draw of each series, (2, M): about `points` points."""
         return {
             name: y if y.ndim > 1 else np.stack(thin(self.x, y, points))
             for name, y in self.series.items()
@@ -99,11 +100,11 @@ class Panel:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """Plots of a result, log by log; a notebook shows them.
+    """Plots of a result, log by log; a notebook displays them.
 
     Attributes:
         panels: the plots; each has the data of its curves.
-        xlabel: what the abscissa is, with its unit.
+        xlabel: quantity of the abscissa, with its unit.
     """
 
     panels: tuple[Panel, ...]
@@ -127,7 +128,7 @@ class Figure:
         logs: dict[tuple[str, str], list[_Drawn]] = {}
         for panel in self.panels:
             logs.setdefault(panel.log, []).append(_drawn(panel, self.looks, points))
-        unseen = sorted(logs, key=lambda log: log[1] != "validation")  # the first one is open
+        unseen = sorted(logs, key=lambda log: log[1] != "validation")  # a page opens the first one
         parts = [(_log_title(log), _columns(len(logs[log])), logs[log]) for log in unseen]
         return rendered("report/figure.html", figure=self, logs=parts)
 
@@ -140,7 +141,7 @@ class Figure:
 
 
 class _Drawn(NamedTuple):
-    """What the template places: ticks at percentages of the plot, curves as paths of SVG."""
+    """Values for the template: ticks in percent of the plot, curves as SVG paths."""
 
     title: str
     words: str
@@ -156,12 +157,12 @@ class _Axis(NamedTuple):
     logarithmic: bool
 
     def share(self, values: FloatArray) -> FloatArray:
-        """Return where values are on the axis, from 0 to 1; NaN if they are not there."""
+        """Return the positions of values on the axis, from 0 to 1; NaN for values outside."""
         share: FloatArray = (_scaled(values, self.logarithmic) - self.low) / (self.high - self.low)
         return share
 
     def ticks(self) -> list[tuple[float, str]]:
-        """Return round values on the axis: their places in percent, and their texts."""
+        """Return round values on the axis: their positions in percent, and their texts."""
         span = self.high - self.low
         most = span / _INTERVALS
         power = 10.0 ** np.floor(np.log10(most))
@@ -177,7 +178,7 @@ class _Axis(NamedTuple):
 
 
 def _axis(values: FloatArray, logarithmic: bool, margin: float = 0.0) -> _Axis:
-    """Return an axis on which all finite values have a place."""
+    """Return an axis that contains all finite values."""
     scaled = _scaled(values, logarithmic)
     there = scaled[np.isfinite(scaled)]
     low, high = (float(there.min()), float(there.max())) if there.size else (0.0, 1.0)
@@ -211,22 +212,22 @@ def _drawn(panel: Panel, looks: Mapping[str, Look], points: int) -> _Drawn:
 
 
 def _path(x: FloatArray, y: FloatArray, dots: bool) -> str:
-    """Return points as a path of SVG: a line that points without a place interrupt, or dots.
+    """Return points as an SVG path: dots, or a line that breaks at NaN.
 
     Args:
         x, y: shares of the plot from its lower left corner, (K,).
     """
     there = np.isfinite(x) & np.isfinite(y)
     points = np.stack([_WIDE * x[there], _HIGH * (1 - y[there])], axis=1)
-    whole = np.rint(points).astype(int)
+    rounded = np.rint(points).astype(int)
     if dots:
-        return "".join(f"M{a} {b}h0" for a, b in whole.tolist())
+        return "".join(f"M{a} {b}h0" for a, b in rounded.tolist())
     breaks = np.flatnonzero(np.diff(np.cumsum(~there)[there])) + 1
-    return "".join(map(_line, np.split(whole, breaks)))
+    return "".join(map(_line, np.split(rounded, breaks)))
 
 
 def _line(points: FloatArray) -> str:
-    """Return a line through points in units of the plot, (K, 2); none for none."""
+    """Return a line through points in units of the plot, (K, 2); "" without points."""
     if not len(points):
         return ""
     steps = np.diff(points, axis=0)
@@ -235,7 +236,7 @@ def _line(points: FloatArray) -> str:
 
 
 def thin(x: FloatArray, y: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
-    """Return at most about so many points that keep every peak.
+    """Return at most about `points` points that keep every peak.
 
     The abscissa is divided into equal intervals. Each keeps its lowest and its highest point. A gap
     of more than five steps interrupts the line.
@@ -268,6 +269,6 @@ def _log_title(log: tuple[str, str]) -> str:
 
 
 def _columns(count: int) -> int:
-    """Return how many plots stand side by side: rows of nearly equal length."""
+    """Return the number of plots in a row, so that rows have nearly equal lengths."""
     rows = -(-count // _COLUMNS)
     return -(-count // rows)

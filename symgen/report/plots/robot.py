@@ -12,10 +12,10 @@ from symgen.robot import dh
 from symgen.robot.types import Robot
 
 _ROOM, _MARGIN = np.array([540.0, 320.0]), 52.0  # pixels
-#: From x, y, z of frame 0 to right and up on the paper: x to the right, seen from above.
+#: Projection of x, y, z of frame 0 to right and up in the drawing: x to the right, view from above.
 _VIEW = np.array([[0.91, 0.42, 0.0], [-0.18, 0.38, 0.91]])
 _AXES = ((0, "x", "6 4"), (2, "z", ""))
-_NEAR = 14.0  # pixels within which two origins are drawn as one
+_NEAR = 14.0  # pixels; closer origins are drawn as one
 
 
 def drawing(robot: Robot) -> str:
@@ -49,7 +49,7 @@ def drawing(robot: Robot) -> str:
             out.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6"/>')
         elif joint.sigma == names.PRISMATIC:
             out.append(f'<rect x="{x - 6:.1f}" y="{y - 6:.1f}" width="12" height="12"/>')
-    out += [_label(*near) for near in _together(at)]
+    out += [_label(*near) for near in _merged(at)]
     return "\n".join([*out, "</svg>"])
 
 
@@ -59,8 +59,8 @@ def _line(start: FloatArray, end: FloatArray, kind: str, dash: str = "") -> str:
     return f'<path class="{kind}"{dashed} d="M{x1:.1f} {y1:.1f}L{x2:.1f} {y2:.1f}"/>'
 
 
-def _together(at: list[FloatArray]) -> list[tuple[FloatArray, list[int]]]:
-    """Return each origin with the numbers of the frames that are there."""
+def _merged(at: list[FloatArray]) -> list[tuple[FloatArray, list[int]]]:
+    """Return each origin with the numbers of its frames."""
     out: list[tuple[FloatArray, list[int]]] = []
     for number, place in enumerate(at):
         near = next((numbers for there, numbers in out if np.hypot(*(there - place)) < _NEAR), None)

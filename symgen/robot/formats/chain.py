@@ -27,8 +27,8 @@ from symgen.robot.types import EARTH, MAX_RATIO, Joint, Robot, Typed, joint_vari
 
 _FAR = 10  # m
 _WRITTEN = 1e-14  # rad: an angle with all digits is not rounded
-_UNITS = 2  # of the last digit, by which files round or truncate an angle
-_DUST = 1e-9  # rad: an angle that a computation left, not one that was measured
+_UNITS = 2  # of the last digit: the error of rounded or truncated angles in files
+_DUST = 1e-9  # rad: angles from computations, not from measurements
 Triple = tuple[sp.Rational, sp.Rational, sp.Rational]
 ORIGIN: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
@@ -45,15 +45,16 @@ class Inertial:
 
 @dataclass(frozen=True)
 class UrdfJoint(Typed):
-    """A joint between two links: its frame in the frame of the parent, its axis in its own frame.
+    """A joint between two links: its frame in the parent frame, and its axis in its frame.
 
     Attributes:
         sigma: 0 revolute or continuous, 1 prismatic, 2 fixed.
-        limit: lower, upper, velocity and effort, if the file gives them.
+        limit: lower, upper, velocity and effort, if the file contains them.
         damping, friction: viscous and Coulomb friction.
         armature: inertia of the rotor on the joint side.
-        mimic: name of the joint that it follows, multiplier and offset.
-        floats: whether it is free in the file. Such a joint is fixed here, below the root alone.
+        mimic: name of the leading joint, multiplier and offset.
+        floats: whether it is free in the file. symgen fixes such a joint, and accepts it only below
+            the root.
     """
 
     name: str
@@ -76,8 +77,8 @@ class Urdf:
     """A tree of links with inertias, and joints in document order.
 
     Attributes:
-        computed: whether angles are computed from rotations whose digits are unknown. Those that
-            are written have the rounding error of their last digit.
+        computed: whether angles come from rotations with an unknown number of digits. Otherwise
+            each angle has the rounding error of its last digit.
     """
 
     name: str
@@ -153,7 +154,7 @@ class Chain:
     def _order(self) -> list[str]:
         """Return the joints: first those with a variable, then followers, then fixed joints.
 
-        Each group keeps the document order, but a joint comes after the one that carries it.
+        Each group keeps the document order, but a joint comes after the joint that carries it.
         """
 
         def kind(joint: UrdfJoint) -> int:
@@ -186,7 +187,7 @@ class Chain:
         self.carrier[name] = carrier
 
     def _antecedent(self, joint: UrdfJoint) -> str:
-        """Return the joint from whose frame the row of a joint leads, or "" for the root."""
+        """Return the joint whose frame is the reference of a joint's row, or "" for the root."""
         return self.crossing.get(joint.name, self.carrier[joint.parent])
 
     # --- frames ---------------------------------------------------------------------------------
@@ -202,20 +203,20 @@ class Chain:
         """Return the largest rounding error of an angle of the file."""
         if self.urdf.computed:
             return exact_numbers.TOLERANCE
-        if angle == 0:  # no digit of it is rounded
+        if angle == 0:  # 0 has no rounding error
             return _DUST
         units = max(_UNITS * exact_numbers.last_digit(angle), _DUST)
         return min(units, exact_numbers.TOLERANCE)
 
     def _meant(self, angle: Any, within: float) -> Any:
-        """Return the multiple of pi/24 of which an angle is the rounded value, or the angle."""
+        """Return the multiple of pi/24 if an angle is its rounded value, otherwise the angle."""
         meant = exact_numbers.snapped(angle, within)
         if abs(meant - angle) > _WRITTEN:
             self.snapped[f"{float(angle):.12g}"] = None
         return meant
 
     def _recognised(self, rotation: Array, within: float) -> Array:
-        """Make a rotation exact if all its angles are multiples of pi/24 within a bound."""
+        """Make a rotation exact if all its angles are multiples of pi/24 within `within`."""
         angles = dh.turned_by(rotation, within)
         if any(exact_numbers.fraction_of_pi(angle, within) is None for angle in angles):
             return rotation
@@ -259,7 +260,7 @@ class Chain:
             self.far.append(repr(shortened(joint.name)))
 
     def _rest(self, joint: UrdfJoint, before: Array) -> tuple[Any, Any]:
-        """Return theta and r, which fix x and the origin of the frame on its z axis."""
+        """Return theta and r, which determine x and the origin of the frame on its z axis."""
         z, at = before[:3, 2:].T
         if joint.fixed:
             frame = self.link[joint.child]
@@ -279,7 +280,7 @@ class Chain:
         return dh.half_turn(dh.turn_of(x, before)), (foot - at) @ z
 
     def host(self, joint: str) -> str:
-        """Return the link of a joint, or of a fixed one without mass the link that carries it."""
+        """Return the link of a joint; for a fixed link without mass, the link that carries it."""
         link = self.urdf.joints[joint].child
         while link != self.urdf.root and self.urdf.links[link] is None:
             if not self.above[link].fixed:
@@ -316,7 +317,7 @@ class Chain:
         return Imported(robot, tuple(self._parameters()), notes, questions)
 
     def _frame(self, link: str) -> Frame:
-        """Return the frame of a link, constant in that of the joint that moves it."""
+        """Return the frame of a link, constant in the frame of the joint that moves it."""
         carrier = self.carrier[link]
         placed = inverse(self.frame[carrier]) @ self.link[link]
         x, y, z = map(exact_numbers.to_double, placed[:3, 3])
@@ -340,7 +341,7 @@ class Chain:
         )
 
     def _follows(self, joint: UrdfJoint) -> sp.Expr:
-        """Return q of a mimic joint as an expression in the variable that it follows."""
+        """Return q of a mimic joint as an expression in the variable of the leading joint."""
         factor, offset, at, seen = sp.S.One, sp.S.Zero, joint, {joint.name}
         while at.mimic is not None:
             name, c, constant = at.mimic
@@ -367,7 +368,7 @@ class Chain:
         return factor * joint_variable(self.number[at.name]) + offset
 
     def _limits(self, joints: Sequence[Joint]) -> Limits | None:
-        """Return the kinds of limits that every movable joint has."""
+        """Return the kinds of limits that all movable joints have."""
         movable = [self.urdf.joints[joint.name] for joint in joints if joint.movable]
         ranges = [(j.limit.get("lower", 0.0), j.limit.get("upper", 0.0)) for j in movable]
         columns: dict[str, list[tuple[Any, bool]]] = {

@@ -20,7 +20,7 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import ParameterError, RobotError, located, plain, told_by
+from symgen.errors import ParameterError, RobotError, located, message_of, plain
 from symgen.robot import expressions
 from symgen.robot.body import FloatArray
 from symgen.robot.declared_effects import of_library
@@ -36,7 +36,7 @@ from symgen.robot.types import WITHOUT_MOTOR, Robot
 
 ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
-_ON_JOINTS = 1  # largest number of a transmission of MuJoCo that acts on a joint itself
+_ON_JOINTS = 1  # transmission types of MuJoCo up to this number act on joints
 SPRING = "gravity_spring"
 _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 
@@ -45,8 +45,8 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
     """Read an MJCF as a robot, with the inertias of its bodies as standard parameters.
 
     armature becomes IA, damping becomes FV, and frictionloss becomes FS. A spring of a joint
-    becomes the effect gravity_spring, with an offset where it is at rest elsewhere than at 0. A
-    fixed tendon between two joints becomes a coupling. Actuators are not read.
+    becomes the effect gravity_spring, with an offset if it is not at rest at 0. A fixed tendon
+    between two joints becomes a coupling. Actuators are not read.
 
     Args:
         text: the file's text.
@@ -91,7 +91,7 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
 
 
 def _without_motor(robot: Robot, model: Any) -> Iterator[str]:
-    """Yield which joints no actuator moves, where every actuator moves a joint."""
+    """Yield a note on the joints without an actuator, if every actuator moves a joint."""
     if (model.actuator_trntype > _ON_JOINTS).any():
         return
     moved = {model.joint(int(j)).name for j in model.actuator_trnid[:, 0]}
@@ -121,11 +121,11 @@ class MjcfTree:
         root: root element of the text.
         urdf: the tree.
         shift: origin of each link frame in its body frame, (3,) m.
-        springs: stiffness, and position without torque, of the joints that have one.
+        springs: stiffness, and position without torque, of the joints with a spring.
         tendons: fixed tendon between two joints, by their names.
         mimics: joints that follow others: the leader, factor and offset, as in a URDF.
         zeros: positions of joints in the pose of the file (ref), rad or m.
-        notes: what symgen ignores.
+        notes: ignored content of the file.
     """
 
     def __init__(self, path: Path, text: str) -> None:
@@ -168,9 +168,8 @@ class MjcfTree:
         R = _matrix(m.body_quat[b])
         at = np.array(m.body_pos[b]) - self.shift[parent]
         first, count = int(m.body_jntadr[b]), int(m.body_jntnum[b])
-        floats = (
-            bool(count) and int(m.jnt_type[first]) == 0
-        )  # MuJoCo has them on bodies of the world
+        # MuJoCo allows free joints on bodies of the world only.
+        floats = bool(count) and int(m.jnt_type[first]) == 0
         count = 0 if floats else count
         before, xyz, rpy = parent, at, _triple(turned_by(R))
         previous = np.zeros(3)
@@ -194,7 +193,7 @@ class MjcfTree:
         self._links[name] = body if body.mass else None
 
     def _mimics(self) -> dict[str, tuple[str, sp.Rational, sp.Rational]]:
-        """Return the joints that an equality makes a linear function of another of their type.
+        """Return the joints that an equality couples linearly to another joint of their type.
 
         With the positions y0 and x0 in the pose of the file, y - y0 = a0 + a1 (x - x0).
         """
@@ -242,7 +241,7 @@ class MjcfTree:
         )  # fmt: skip
 
     def _tendons(self) -> dict[tuple[str, str], _Tendon]:
-        """Return the fixed tendons between two joints, the first with a coefficient of 1."""
+        """Return the fixed tendons between two joints; the first has the coefficient 1."""
         import mujoco
 
         m, out = self.model, dict[tuple[str, str], _Tendon]()
@@ -262,7 +261,7 @@ class MjcfTree:
         return out
 
     def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
-        """Return the tendons as couplings of joints, by their numbers."""
+        """Return the tendons as couplings, with joint numbers."""
         return tuple(
             Coupling((chain.number[one], chain.number[two]), _exact(tendon.ratio))
             for (one, two), tendon in self.tendons.items()
@@ -277,10 +276,10 @@ class MjcfTree:
             yield f"FSM{number}", tendon.frictionloss
 
     def require_weight_on_motors(self) -> None:
-        """Refuse bodies whose weight MuJoCo compensates outside of the actuators.
+        """Refuse bodies whose weight MuJoCo compensates without the actuators.
 
         Raises:
-            ParameterError: there is one.
+            ParameterError: there is such a body.
         """
         m = self.model
         if m.body_gravcomp.any() and not m.jnt_actgravcomp.all():
@@ -292,7 +291,7 @@ class MjcfTree:
 
     @property
     def degrees(self) -> float:
-        """What the file writes for a radian."""
+        """The number that the file contains for a radian."""
         import mujoco
 
         compiler = mujoco.MjSpec.from_file(str(self._path)).compiler
@@ -309,10 +308,10 @@ class MjcfTree:
 
 
 def _compiled(path: Path, notes: list[str]) -> Any:
-    """Return the MuJoCo model of a file; where a mesh is not there, without meshes.
+    """Return the MuJoCo model of a file; without meshes if one is missing.
 
     Args:
-        path: of the file.
+        path: path of the file.
         notes: receives a line if meshes are ignored.
 
     Raises:
@@ -328,11 +327,11 @@ def _compiled(path: Path, notes: list[str]) -> Any:
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, OSError) as error:
-        notes.append(f"meshes are left out: {told_by(error)}")
+        notes.append(f"meshes are left out: {message_of(error)}")
         try:
             return _without_meshes(mujoco.MjSpec.from_file(str(path)))
         except (ValueError, OSError):
-            what = f"MuJoCo refuses it: {told_by(error)}; accepted: {ACCEPTED}"
+            what = f"MuJoCo refuses it: {message_of(error)}; accepted: {ACCEPTED}"
             raise RobotError(what) from error
     finally:
         mujoco.set_mju_user_warning(None)

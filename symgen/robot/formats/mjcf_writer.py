@@ -29,12 +29,12 @@ _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
     """Return an MJCF with identified values.
 
-    Links go into <inertial>; rotor inertia, friction and springs become attributes of <joint>,
-    which override those of default classes; a coupling becomes a fixed tendon.
+    Links go into <inertial>. Rotor inertia, friction and springs become attributes of <joint>,
+    which override those of default classes. A coupling becomes a fixed tendon.
 
     Args:
-        path: path of the MJCF. All other bytes of it stay the same.
-        dynamics: of the imported robot. Links and joints that it does not name keep their values.
+        path: path of the MJCF. All other bytes stay the same.
+        dynamics: values of the imported robot. Links and joints without values stay unchanged.
 
     Raises:
         RobotError: the file cannot be read.
@@ -48,20 +48,20 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
         tree.require_weight_on_motors()
         chain = Chain(tree.urdf)
         places = {e.attributes.get("name"): e for e in tree.root.walk("body")}
-        found = written_bodies(chain, dynamics.bodies)
+        bodies = written_bodies(chain, dynamics.bodies)
         require_finite_joints(chain, dynamics.joints)
-        for link, body in found.items():
+        for link, body in bodies.items():
             at = _named(places, "body", link)
             body = replace(body, com=np.asarray(body.com) + tree.shift[link])
             edits.append(inertial_edit(content, at, [CAVEAT, _inertial(body)]))
         joints = {e.attributes.get("name"): e for b in places.values() for e in b.all("joint")}
         tendons = list[str]()
-        for own in dynamics.joints:
-            name = joint_name(chain, own.joint)
+        for joint in dynamics.joints:
+            name = joint_name(chain, joint.joint)
             at = _named(joints, "joint", name)
             angle = tree.degrees if tree.urdf.joints[name].turns else 1.0
-            own_spring = bool(own.stiffness) or name in tree.springs
-            edits.append(with_attributes(content, at, _attributes(own, angle, own_spring)))
+            has_spring = bool(joint.stiffness) or name in tree.springs
+            edits.append(with_attributes(content, at, _attributes(joint, angle, has_spring)))
         for pair in dynamics.couplings:
             one, two = (joint_name(chain, number) for number in (pair.first, pair.second))
             if (one, two) in tree.tendons:
@@ -76,7 +76,7 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
 
 
 def _inertial(body: Body) -> str:
-    """Return the <inertial> of a body, in the frame of the element that holds it."""
+    """Return the <inertial> of a body, in the frame of the body element."""
     values = " ".join(repr(float(body.inertia[pair])) for pair in _FULL)
     centre = " ".join(repr(float(v)) for v in body.com)
     return f'<inertial pos="{centre}" mass="{float(body.mass)!r}" fullinertia="{values}"/>'
@@ -89,10 +89,10 @@ def _by_name(root: Element, section: str) -> dict[str | None, Element]:
 
 
 def _named(places: Mapping[str | None, Element], what: str, name: str) -> Element:
-    """Return the element of a name in the file itself.
+    """Return the element with a name in the file itself.
 
     Raises:
-        ParameterError: there is none.
+        ParameterError: there is no such element.
     """
     found = places.get(name)
     if found is None:
@@ -103,23 +103,23 @@ def _named(places: Mapping[str | None, Element], what: str, name: str) -> Elemen
     return found
 
 
-def _attributes(own: JointDynamics, angle: float, spring: bool) -> dict[str, str]:
-    """Return the attributes of a <joint> in a file that writes a radian as `angle`.
+def _attributes(dynamics: JointDynamics, angle: float, spring: bool) -> dict[str, str]:
+    """Return the attributes of a <joint>.
 
     Args:
-        own: its values.
-        angle: size of a radian in the file.
+        dynamics: the identified values.
+        angle: the number that the file contains for a radian.
         spring: whether the joint has a spring, or had one in the file.
     """
     values = {
-        "armature": own.armature,
-        "damping": own.damping,
-        "frictionloss": own.frictionloss,
+        "armature": dynamics.armature,
+        "damping": dynamics.damping,
+        "frictionloss": dynamics.frictionloss,
     }
     if spring:
-        values["stiffness"] = own.stiffness
-    if own.stiffness:
-        values["springref"] = own.springref * angle
+        values["stiffness"] = dynamics.stiffness
+    if dynamics.stiffness:
+        values["springref"] = dynamics.springref * angle
     return {key: repr(float(value)) for key, value in values.items()}
 
 
@@ -139,7 +139,7 @@ def _tendon(one: str, two: str, pair: CouplingDynamics) -> list[str]:
 
 
 def _in_section(content: bytes, root: Element, tag: str, lines: Sequence[str]) -> Edit:
-    """Return what adds lines to a section of the file, or adds the section."""
+    """Return the edit that adds lines to a section of the file, or adds the section."""
     section = root.first(tag)
     if section is not None:
         return inserted(content, section, lines)

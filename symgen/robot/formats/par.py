@@ -1,9 +1,9 @@
-"""Translate SYMORO+ and OpenSYMORO files (.par), tables in the same DH notation, to robot.toml.
+"""Translate SYMORO+ and OpenSYMORO files (.par) to robot.toml; both use the same DH notation.
 
-A .par names lengths without values. They become names of [geometry], with values that the user must
-replace. The joint variable (th2, t2, r3) is removed from theta or r; an added constant remains. The
-reader of robot.toml checks the result; numbers of inertial parameters are not read.
-Format: W. Khalil, A. Vijayalingam et al., OpenSYMORO (2014).
+A .par contains names of lengths without values. They become names in [geometry], with values that
+the user must replace. The joint variable (th2, t2, r3) is removed from theta or r; an added
+constant remains. The reader of robot.toml checks the result. Values of inertial parameters are not
+read. Format: W. Khalil, A. Vijayalingam et al., OpenSYMORO (2014).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
 _ENTRY = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(\{[^{}]*\}|[^\s{}]+)", re.ASCII)
 _NAME = re.compile(r"(?<![\w.])(?!(?:pi|sqrt)\b)[A-Za-z_]\w*", re.ASCII)
 _KEYS = {"ant": "antecedent", **{k: k for k in "sigma gamma b alpha d theta r".split()}}
-#: The table with the variable of a joint, and the letters of that variable.
+#: The column with the variable of a joint, and the letters of that variable.
 _VARIABLE = {"0": ("theta", "(?:th|theta|t|q)"), "1": ("r", "(?:r|q)")}
 
 
@@ -94,7 +94,9 @@ def _joint(entries: dict[str, list[str]], number: int) -> dict[str, str]:
 
 
 def _declared(entries: dict[str, list[str]], number: int) -> list[str]:
-    """Return friction and rotor of a joint: as in SYMORO, a parameter of 0 does not exist."""
+    """Return the declared friction and rotor of a joint. As in SYMORO, a parameter 0 does not
+    exist.
+    """
     if entries["sigma"][number - 1] not in _VARIABLE:
         return []
     zeros = [

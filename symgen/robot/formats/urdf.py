@@ -2,11 +2,11 @@
 
 Frame 0 is the root link. q has the sign and the zero of the URDF. The frame of a movable joint has
 z along the joint axis, and x along the common normal to the next axis. The URDF link frame is
-constant in it. Fixed joints come after all others and keep the frames of the URDF.
+constant in it. Fixed joints come last and keep the frames of the URDF.
 
-Numbers stay exact decimals. The format is https://wiki.ros.org/urdf/XML; symgen ignores geometry
+Numbers stay exact decimals. The format is https://wiki.ros.org/urdf/XML. symgen ignores geometry
 for collision and display, transmissions and plugins. The attribute armature of <dynamics>, the
-inertia of the rotor on the joint side, is symgen's own.
+inertia of the rotor on the joint side, is an extension of symgen.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ CAVEAT = (
     "<!-- written by symgen: base parameters do not determine link parameters; this is one link of "
     "one robot that has them -->"
 )
-#: Part of the largest entry of an inertia below which another one is only rounding.
+#: Entries of an inertia below this share of its largest entry are rounding errors.
 _ROUNDING = 1e-12
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _MAX_TITLE = 200
@@ -68,12 +68,12 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
     """Write identified values into a copy of a URDF.
 
     Links go into <inertial>, friction and rotor inertia go into <dynamics>. A fixed link without
-    <inertial> gets none; its body is added to the link that carries it. A URDF holds no springs,
-    offsets and couplings.
+    <inertial> gets none; its body is added to the link that carries it. A URDF cannot contain
+    springs, offsets and couplings.
 
     Args:
-        text: text of the URDF. All other bytes of it stay the same.
-        dynamics: of the imported robot. Links and joints that it does not name keep their values.
+        text: text of the URDF. All other bytes stay the same.
+        dynamics: values of the imported robot. Links and joints without values stay unchanged.
         where: name of the file in error messages.
 
     Raises:
@@ -202,7 +202,7 @@ def _joint(element: Element) -> UrdfJoint:
     if KINDS[kind] != names.FIXED and axis == ORIGIN:
         raise RobotError("the axis is zero; accepted: any direction")
     limit, given = {}, element.first("limit")
-    if given is not None:  # the format gives a default if one of the two is absent
+    if given is not None:  # the format has a default if one of the two is absent
         limit = {"lower": 0.0, "upper": 0.0} if kind != "continuous" else {}
         for key in (*limit, "velocity", "effort"):
             if key in given.attributes:
@@ -218,7 +218,7 @@ def _joint(element: Element) -> UrdfJoint:
 
 
 def _end(joint: Element, key: str) -> str:
-    """Return the link at an end of a joint."""
+    """Return the link at one end of a joint."""
     end = joint.first(key)
     if end is None or not end.attributes.get("link"):
         raise RobotError(f"<{key} link=...> is missing; it must be given")
@@ -259,7 +259,7 @@ def _root(links: Collection[str], joints: dict[str, UrdfJoint]) -> str:
         )
     for name in links:
         top = name
-        for _ in above:  # this many steps reach the root, or the ring repeats
+        for _ in above:  # within this many steps, the root is reached or the ring repeats
             top = above[top].parent if top in above else top
         if top in above:
             raise RobotError(
@@ -288,7 +288,7 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
         with located(f"joint {shortened(name)!r}"):
             body = _finite(body)
         empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
-        if link == urdf.root or empty:  # no joint moves it, or it has no mass
+        if link == urdf.root or empty:  # no joint moves the link, or the body is empty
             continue
         parts.setdefault(link, []).append(body.moved(chain.pose(name).astype(float)))
     return {link: _without_rounding(merge_bodies(own)) for link, own in parts.items()}
@@ -330,7 +330,7 @@ def _finite(body: Body) -> Body:
 
 
 def _without_rounding(body: Body) -> Body:
-    """Set entries of the inertia to 0 that are only what rounding leaves."""
+    """Set entries of the inertia to 0 that are only rounding errors."""
     least = _ROUNDING * np.abs(body.inertia).max()
     return replace(body, inertia=np.where(np.abs(body.inertia) < least, 0.0, body.inertia))
 
@@ -351,7 +351,7 @@ def _inertial(body: Body) -> list[str]:
 
 
 def _joint_edits(content: bytes, root: Element, chain: Chain, dynamics: Dynamics) -> Iterator[Edit]:
-    """Yield what sets the friction and the rotor inertia of joints."""
+    """Yield the edits that set the friction and the rotor inertia of joints."""
     require_finite_joints(chain, dynamics.joints)
     joints = {e.attributes["name"]: e for e in root.all("joint")}
     for own in dynamics.joints:
@@ -368,7 +368,7 @@ def _joint_edits(content: bytes, root: Element, chain: Chain, dynamics: Dynamics
 
 
 def inertial_edit(content: bytes, link: Element, lines: Sequence[str]) -> Edit:
-    """Return what adds or replaces the <inertial> of a link or body."""
+    """Return the edit that adds or replaces the <inertial> of a link or body."""
     old = link.first("inertial")
     if old is None:
         return inserted(content, link, lines)

@@ -22,14 +22,14 @@ _TAG = re.compile(rb"""[^>"']*(?:(?:"[^"]*"|'[^']*')[^>"']*)*>""")
 
 #: An attribute of a tag.
 _ATTRIBUTE = re.compile(rb"""\s+([^\s=>/]+)\s*=\s*("[^"]*"|'[^']*')""")
-#: Attributes with paths relative to the file: of a URDF in `filename`, of an MJCF in the others.
+#: Attributes with paths relative to the file: `filename` in a URDF, the others in an MJCF.
 _PATHS = {
     "mesh": ("filename",),
     "texture": ("filename",),
     "include": ("file",),
     "compiler": ("assetdir", "meshdir", "texturedir"),
 }
-#: Bytes of a text to replace: first, end, and what stands there then.
+#: An edit of a text: first and end byte to replace, and the new content.
 Edit = tuple[int, int, bytes]
 
 
@@ -116,7 +116,7 @@ def parse_xml(text: str) -> Element:
 
 
 def edited(text: str, edits: Iterable[Edit]) -> str:
-    """Return a text with some bytes of its UTF-8 form replaced; edits do not overlap.
+    """Return a text with some bytes of its UTF-8 form replaced; edits must not overlap.
 
     Edits at one position are inserted in their order.
     """
@@ -127,11 +127,11 @@ def edited(text: str, edits: Iterable[Edit]) -> str:
 
 
 def with_attributes(content: bytes, element: Element, values: Mapping[str, str]) -> Edit:
-    """Return the edit that sets attributes of an element; all other bytes of its tag stay.
+    """Return the edit that sets attributes of an element; all other bytes of its tag stay the same.
 
     Args:
         content: the UTF-8 text of the file.
-        element: of the file.
+        element: element of the file.
         values: name -> value, without characters that XML escapes.
     """
     tag, waiting = content[element.start : element.inside], dict(values)
@@ -148,17 +148,17 @@ def with_attributes(content: bytes, element: Element, values: Mapping[str, str])
 
 
 def inserted(content: bytes, element: Element, lines: Iterable[str]) -> Edit:
-    """Return the edit that puts lines at the end of an element, indented as it is and by two more.
+    """Return the edit that inserts lines at the end of an element, indented by two more than it.
 
     Args:
         content: the UTF-8 text of the file.
-        element: of the file.
-        lines: of XML.
+        element: element of the file.
+        lines: lines of XML.
     """
     margin = content[content.rfind(b"\n", 0, element.start) + 1 : element.start]
     indent = margin.decode("utf-8") if not margin.strip() else ""
     new = "".join(f"\n{indent}  {line}" for line in lines)
-    if element.end > element.close:  # the tag that closes it
+    if element.end > element.close:  # it has an end tag
         blank = len(content[: element.close]) - len(content[: element.close].rstrip())
         at = element.close - blank
         return at, element.close, f"{new}\n{indent}".encode()
@@ -168,12 +168,12 @@ def inserted(content: bytes, element: Element, lines: Iterable[str]) -> Edit:
 
 
 def relocated(text: str, source: Path, folder: Path) -> str:
-    """Return a URDF or MJCF with relative paths that lead from another folder to the same files.
+    """Return a URDF or MJCF for another folder, with its relative paths adapted.
 
     Args:
-        text: of the file.
-        source: path where the file is.
-        folder: where the text is to be. If the file is there, the text stays.
+        text: text of the file.
+        source: path of the file.
+        folder: the new folder. The text stays unchanged if it is that of the file.
     """
     here, there = source.parent.resolve(), folder.resolve()
     if here == there:
