@@ -13,7 +13,7 @@ from symgen.diagnosis.extended import Extended
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.motion_error import floor_below
 from symgen.estimation.system import torque_at
-from symgen.estimation.torque_error import TorqueFit, squares
+from symgen.estimation.torque_error import TorqueFit, size_of_kind, squares
 from symgen.estimation.values import FloatArray, Residual
 from symgen.hypotheses.registry import SearchResult
 from symgen.hypotheses.score import dense
@@ -50,8 +50,8 @@ def measure_gap(result: SearchResult, model: Extended) -> Measured:
         model: the extended model, which is compared with the corrected logs.
     """
     declared, problem = result.declared, result.problem
-    n = problem.base.n
-    was, now, curves = TorqueFit.none(n), TorqueFit.none(n), []
+    was = now = TorqueFit.none(problem.robot)
+    curves = []
     first = partial(torque_at, declared.evaluator, declared.estimate)
     modelled = [log.unmasked.modelled(first) for log in declared.held]
     corrected = _torques(model) if result.items else modelled
@@ -71,7 +71,7 @@ def measure_gap(result: SearchResult, model: Extended) -> Measured:
 
 def error_in_motion(model: Extended) -> float:
     """Return the torque error of an extended model for joints in motion on the validation logs."""
-    out = TorqueFit.none(model.problem.base.n)
+    out = TorqueFit.none(model.problem.robot)
     for log, torque in zip(model.problem.held, _torques(model), strict=True):
         out += squares(log.clear[log.kept], log.unmasked.measured, torque, log.resting)
     return out.in_motion.residual.relative
@@ -114,7 +114,7 @@ def places(
     before, floor = gaps.moving.before, gaps.moving.noise_floor
     size = np.sum([np.sum(c.measured**2, axis=0) for c in gaps.curves], axis=0)
     excess = np.square(before.per_joint) - np.nan_to_num(np.square(floor.per_joint))
-    excess = np.maximum(excess, 0.0) * size
+    excess = np.maximum(excess, 0.0) * size / size_of_kind(size, robot.prismatic)
     out = []
     for j in np.argsort(-excess):
         if excess[j] <= 0:

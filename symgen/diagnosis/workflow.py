@@ -274,7 +274,9 @@ def _impossible(model: Extended, gaps: Measured) -> list[Reason]:
         return []
     text = f"{near.fault}; the nearest possible robot has {percent(bounded)} torque error"
     missing = Reason(EFFECT_MISSING, value=bounded, limit=limit, text=text)
-    return like_no_robot(free, bounded, ACCEPT) or [missing]
+    names = model.evaluator.model.base.names
+    no_robot = like_no_robot(names, model.of_robot, model.covariance, (free, bounded), ACCEPT)
+    return no_robot or [missing]
 
 
 def _repaired(

@@ -87,7 +87,7 @@ def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) 
         logs: the logs in the band of the run.
         X: parameters, (p,).
     """
-    out = TorqueFit.none(evaluator.model.robot.n)
+    out = TorqueFit.none(evaluator.model.robot)
 
     def model(log: FilteredLog) -> FloatArray:
         return torque_at(evaluator, X, *(np.ascontiguousarray(x) for x in log.motion))

@@ -2,6 +2,9 @@
 
     per_joint_j = ||tau_j - model_j|| / ||tau_j||,   relative = the same over all joints stacked
 
+Forces and torques are not added: if a robot has prismatic and revolute joints, `relative` is the
+larger of the errors of both kinds.
+
 Positions and speeds are filtered at the cutoff of the run, both torques at the comparison band.
 """
 
@@ -20,6 +23,7 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations, torque_at
 from symgen.estimation.values import FloatArray, Residual, Trace
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 #: Errors above this ratio have no meaningful digits.
@@ -37,21 +41,29 @@ class TorqueFit:
         size: (n,) sum of the squares of the measured one.
         traces: both torques, log by log.
         rest: (2, n) the parts of error and size from joints at rest.
+        prismatic: (n,) whether each joint is prismatic; empty for a fit that is added to another.
     """
 
     error: FloatArray
     size: FloatArray
     traces: tuple[Trace, ...]
     rest: FloatArray
+    prismatic: tuple[bool, ...] = ()
 
     def __add__(self, other: TorqueFit) -> TorqueFit:
-        traces, rest = self.traces + other.traces, self.rest + other.rest
-        return TorqueFit(self.error + other.error, self.size + other.size, traces, rest)
+        return TorqueFit(
+            self.error + other.error,
+            self.size + other.size,
+            self.traces + other.traces,
+            self.rest + other.rest,
+            self.prismatic,
+        )
 
     @classmethod
-    def none(cls, n: int) -> TorqueFit:
-        """Return an empty fit for n joints."""
-        return cls(np.zeros(n), np.zeros(n), (), np.zeros((2, n)))
+    def none(cls, robot: Robot) -> TorqueFit:
+        """Return an empty fit for the joints of a robot."""
+        n = robot.n
+        return cls(np.zeros(n), np.zeros(n), (), np.zeros((2, n)), robot.prismatic)
 
     @property
     def in_motion(self) -> TorqueFit:
@@ -61,19 +73,22 @@ class TorqueFit:
         error, size = self.error - self.rest[0], self.size - self.rest[1]
         if not size.any():
             return self
-        return TorqueFit(error, size, (), np.zeros_like(self.rest))
+        return TorqueFit(error, size, (), np.zeros_like(self.rest), self.prismatic)
 
     @property
     def residual(self) -> Residual:
         """The relative residual, total and of each joint, see `relative_error`."""
-        return relative_error(self.error, self.size)
+        return relative_error(self.error, self.size, self.prismatic)
 
     @property
     def motion_note(self) -> tuple[str, ...]:
         """A text with the errors of joints in motion and at rest; empty if none rests."""
         if not self.rest.any():
             return ()
-        moving, still = self.in_motion.residual.relative, relative_error(*self.rest).relative
+        moving, still = (
+            self.in_motion.residual.relative,
+            relative_error(self.rest[0], self.rest[1], self.prismatic).relative,
+        )
         return (
             f"the torque error is {percent(moving)} for joints in motion and "
             f"{percent(still)} for joints at rest",
@@ -106,18 +121,41 @@ def largest(
     return f"{labels[j]}: {percent(ratios[j])}, {size:.3g} {units[j]}"
 
 
-def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -> Residual:
-    """Return ||error|| / ||size||, total and by joint; relative to all joints for one without
-    torque.
+def relative_error(
+    error: FloatArray,
+    size: FloatArray,
+    prismatic: Sequence[bool] = (),
+    *,
+    by_joint: bool = True,
+) -> Residual:
+    """Return ||error|| / ||size||, total and by joint.
+
+    A joint without torque is compared with the torque of all joints of its kind.
 
     Args:
         error, size: (m,) sums of squares.
+        prismatic: (m,) whether each joint is prismatic; the total is the larger of the errors of
+            both kinds. Empty if all sums have one unit.
         by_joint: whether there is one sum for each joint.
     """
-    total_size = max(float(size.sum()), 1e-300)
-    total = math.sqrt(float(error.sum()) / total_size)
-    each = np.sqrt(error / np.where(size > 0, size, total_size))
+    kind_size = size_of_kind(size, prismatic)
+    parts = error / kind_size
+    slides = np.array(prismatic or [False] * len(size))
+    total = math.sqrt(max(float(parts[slides].sum()), float(parts[~slides].sum())))
+    each = np.sqrt(error / np.where(size > 0, size, kind_size))
     return Residual(total, tuple(map(float, each)) if by_joint else None)
+
+
+def size_of_kind(size: FloatArray, prismatic: Sequence[bool] = ()) -> FloatArray:
+    """Return for each joint the sum of the sizes of all joints of its kind, (m,).
+
+    Args:
+        size: (m,) sums of squares of the torque.
+        prismatic: (m,) whether each joint is prismatic; empty if all have one unit.
+    """
+    slides = np.array(prismatic or [False] * len(size))
+    sums = np.where(slides, size[slides].sum(), size[~slides].sum())
+    return np.asarray(np.maximum(sums, 1e-300))
 
 
 def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Residual:
@@ -127,7 +165,7 @@ def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Re
     sums = np.zeros((2, 1 + max(joint or 0 for joint, _, _ in residuals)))
     for joint, error, size in residuals:
         sums[:, joint or 0] += error, size
-    return relative_error(sums[0], sums[1], residuals[0][0] is not None)
+    return relative_error(sums[0], sums[1], by_joint=residuals[0][0] is not None)
 
 
 def modelled_torque(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray:
@@ -149,7 +187,7 @@ def fit(
     Raises:
         LogError: the mask covers all samples.
     """
-    out = TorqueFit.none(evaluator.model.robot.n)
+    out = TorqueFit.none(evaluator.model.robot)
     for log in logs:
         torque = modelled_torque(evaluator, log, X)
         raw = log.tau[log.kept]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.torque_error import relative_error
 from symgen.estimation.values import Reason
 from symgen.hypotheses.changes import Change
 from symgen.hypotheses.confirm import Weighed, confirm
@@ -96,8 +97,9 @@ def _largest_fold_error(stage: Stage) -> float:
     """Return the largest error of a fold, over all joints, as a part of the torque of all folds."""
     score = stage.score
     counts = np.maximum(score.counts, 1.0)
-    error = (score.alone.squares / counts).sum(axis=0)
-    return float(np.sqrt(error.max() / np.sum(stage.problem.base.size**2)))
+    error, size = score.alone.squares / counts, stage.problem.base.size**2
+    prismatic = stage.problem.robot.prismatic
+    return max(relative_error(part, size, prismatic).relative for part in error.T)
 
 
 def reason_of(w: Weighed, result: SearchResult) -> Reason:

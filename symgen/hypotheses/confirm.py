@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symgen.estimation.floor import noise_fit
-from symgen.estimation.torque_error import percent
+from symgen.estimation.torque_error import percent, relative_error
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import LogColumns, Score
 from symgen.hypotheses.event import Contact
@@ -143,7 +143,11 @@ def _weigh(result: SearchResult, items: Sequence[Item], least: float) -> list[We
         if np.array_equal(without, squares):
             out.append(_on_training(item))
             continue
-        now, was = np.sqrt(squares / size), np.sqrt(without / size_without)
+        after, before = (
+            relative_error(*sums, result.problem.robot.prismatic)
+            for sums in ((squares, size), (without, size_without))
+        )
+        now, was = np.array(after.per_joint), np.array(before.per_joint)
         rise = now - was
         fall = np.sqrt(np.maximum(was**2 - now**2, 0.0))  # explained part of the torque
         fell, joints = float(fall.max()), list(item.joints) or range(len(fall))
@@ -158,7 +162,7 @@ def _weigh(result: SearchResult, items: Sequence[Item], least: float) -> list[We
                 f"on the validation data it explains {percent(fell)} of the torque of a joint; "
                 f"what matters: {100 * least:.2g} %"
             )
-        elif rise.max() >= least or squares.sum() / size.sum() > without.sum() / size_without.sum():
+        elif rise.max() >= least or after.relative > before.relative:
             k = int(np.argmax(rise))
             reason = (
                 "on the validation data it raises a torque error from "

@@ -57,7 +57,9 @@ def prediction_use(
     grade = "good" if error <= GOOD else "usable"
     if error <= accept:
         if settled.physical.reason is not None and settled.physical.held_out is not None:
-            reasons += like_no_robot(*settled.physical.held_out, accept)
+            names, fitted = run.evaluator.model.base.names, settled.solution
+            errors = settled.physical.held_out
+            reasons += like_no_robot(names, fitted.X, fitted.covariance, errors, accept)
     else:
         grade = "poor"
         reasons += _not_excited(run, settled.solution, accept)
@@ -272,7 +274,7 @@ def uncertain_torque(
     variance = np.maximum(np.einsum("kja,ab,kjb->j", W, C, W) / len(W), 0.0)
     variance[evaluator.model.robot.passive] = 0.0
     tau = np.concatenate([log.measured for log in logs])
-    return relative_error(variance, np.mean(tau**2, axis=0))
+    return relative_error(variance, np.mean(tau**2, axis=0), evaluator.model.robot.prismatic)
 
 
 def scale_unknown(run: Run) -> bool:

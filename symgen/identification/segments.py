@@ -380,7 +380,7 @@ class LongLogs(OpenLogs):
         self, settings: Settings, X: FloatArray, weights: Weights, segments: Sequence[Segment]
     ) -> tuple[FloatArray, list[TorqueFit]]:
         """Return the sums of scores for X, and the torque errors of both kinds of logs."""
-        fits = {kind: TorqueFit.none(self.evaluator.model.robot.n) for kind in _KINDS}
+        fits = {kind: TorqueFit.none(self.evaluator.model.robot) for kind in _KINDS}
         meat = np.zeros((len(X), len(X)))
         results = self._each(partial(fold_errors, settings, X, weights), segments, "errors")
         for segment, (part, fit) in zip(segments, results, strict=True):

@@ -7,6 +7,7 @@ In that case an effect is missing, because no robot of this model moves like the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,9 +22,11 @@ from symgen.identification.estimate import Consistency
 from symgen.identification.model_choice import ChosenModel
 from symgen.identification.possible import Possible, nearest_possible
 from symgen.identification.solving import CONSISTENT, Method
-from symgen.policy import LEAST, POSSIBLE, VARIES
+from symgen.policy import BEYOND, LEAST, POSSIBLE, VARIES
 from symgen.robot.types import Robot
 
+#: Prefixes of friction parameters that are positive for every robot.
+FRICTION = ("FS", "FV", "FSM", "FVM")
 #: Kind of the reason that the nearest possible robot predicts worse than least squares.
 EFFECT_MISSING = "effect_missing"
 _DIAGNOSE = "an effect is missing from the model: symgen diagnose searches for it"
@@ -96,18 +99,29 @@ def largest_error(least: float) -> float:
     return least + max(LEAST, POSSIBLE * least)
 
 
-def like_no_robot(free: float, bounded: float, accept: float) -> list[Reason]:
-    """Return a reason if only impossible parameters explain the logs.
+def like_no_robot(
+    names: Sequence[str],
+    X: FloatArray,
+    covariance: FloatArray,
+    errors: tuple[float, float],
+    accept: float,
+) -> list[Reason]:
+    """Return a reason if only impossible parameters explain the logs, as signs or time are wrong.
 
-    Torques or positions with the wrong sign, or reversed time, fit well with negative masses or
-    negative friction.
+    Torques or positions with the wrong sign, or reversed time, fit well with negative friction. An
+    effect that the model lacks can make links impossible, but its friction still brakes.
 
     Args:
-        free, bounded: torque errors of least squares and of the nearest possible robot.
+        names, X, covariance: base parameters, their values (p,) and covariance (p, p).
+        errors: torque errors of least squares and of the nearest possible robot.
         accept: largest torque error of a usable model.
     """
+    free, bounded = errors
     limit = max(accept, VARIES * free)
-    if bounded <= limit:
+    friction = [k for k, name in enumerate(names) if name.rstrip("0123456789") in FRICTION]
+    sure = X[friction] / np.sqrt(covariance[friction, friction])
+    brakes, drives = np.sum(sure > BEYOND), np.sum(sure < -BEYOND)
+    if bounded <= limit or brakes > drives:
         return []
     text = (
         f"no possible robot moves like this: the nearest one has {percent(bounded)} torque error; "
@@ -137,7 +151,8 @@ def held_out_errors(
         near = nearest_possible(model, X, covariance).X
         free += torques.errors(fold, X)
         bounded += torques.errors(fold, near)
-    return relative_error(free, size), relative_error(bounded, size)
+    prismatic = model.robot.prismatic
+    return relative_error(free, size, prismatic), relative_error(bounded, size, prismatic)
 
 
 def _not_possible(near: Possible) -> Reason:

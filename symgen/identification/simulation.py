@@ -21,6 +21,7 @@ from symgen.estimation.torque_error import percent
 from symgen.estimation.values import SEED, FloatArray, Reason
 from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.parameters import mass_matrices
+from symgen.identification.settle import FRICTION
 from symgen.identification.uses import SimulationUse
 from symgen.policy import NEARER, SIMULATES
 from symgen.runtime.evaluator import Evaluator
@@ -29,7 +30,6 @@ from symgen.runtime.evaluator import Evaluator
 WINDOWS_PLAYED = 24
 #: Number of states at which the properties of a model are evaluated.
 STATES = 500
-_FRICTION = ("FS", "FV", "FSM", "FVM")
 
 
 def simulation_use(
@@ -121,7 +121,7 @@ def _friction_reasons(parameters: Sequence[ParameterEstimate]) -> list[Reason]:
     reasons = []
     for p in parameters:
         kind = p.name.rstrip("0123456789")
-        if kind in _FRICTION and p.value < 0:
+        if kind in FRICTION and p.value < 0:
             joint = int(p.name.removeprefix(kind))
             text = f"{p.name} is negative: friction would drive the joint"
             reasons.append(Reason("negative_friction", (joint,), p.value, 0.0, text))

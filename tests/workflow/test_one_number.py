@@ -106,3 +106,42 @@ def test_other_commands_shift_the_torques_as_the_estimate_did(tmp_path: Path) ->
     assert load.mass.std < 0.01 * mass
     assert load.residual.after < 0.01
     assert [(r.log, r.channel, r.done) for r in load.repairs] == [("log 5", "tau", "shifted")]
+
+
+LIFT = """
+[robot]
+name = "lift"
+gravity = [0.0, 0.0, -9.81]
+
+[[joint]]
+sigma = 1
+
+[[joint]]
+alpha = "pi/2"
+
+[limits]
+position = [[0.0, 0.4], [-2.0, 2.0]]
+velocity = [0.5, 3.0]
+"""
+
+
+def test_the_force_of_a_lift_does_not_hide_the_torque_error_of_its_arm(tmp_path: Path) -> None:
+    """The lift carries 600 N and is known well; the friction of joint 2 is not."""
+    robot = symgen.parse_robot(LIFT)
+    X = {"M1R": 60.0, "IA1": 5.0, "FS1": 20.0, "FV1": 30.0, "ZZ2R": 0.9, "MX2": 0.9, "MY2": 0.04,
+         "FS2": 1.0, "FV2": 2.0}  # fmt: skip
+    recording = symgen.Recording(rate=100.0)
+    log = symgen.simulate(robot, X, recording=recording, duration=6.0, seed=1).log(0)
+    known = X | {"FV2": 0.0, "FS1": 19.0}
+    rows = "\n".join(f"{name} = {value}" for name, value in known.items())
+    (tmp_path / "known.toml").write_text(f"[parameters]\n{rows}\n")
+    found = symgen.predict(robot, log, tmp_path / "known.toml")
+    error = np.sum((found.torque.measured - found.torque.predicted) ** 2, axis=0)
+    size = np.sum(found.torque.measured**2, axis=0)
+    print(
+        f"N and N m added: {np.sqrt(error.sum() / size.sum()):.4f}, by joint", found.error.per_joint
+    )
+    assert np.sqrt(error.sum() / size.sum()) < 0.01
+    assert found.error.per_joint[1] > 0.2
+    assert found.error.relative == found.error.per_joint[1]
+    assert found.moving.relative == found.moving.per_joint[1]
