@@ -20,8 +20,6 @@ EVERYWHERE = "all logs"
 class Fault:
     """A fault of the channels of a log, and its correction.
 
-    JSON contains the first five attributes and `values`. Programs decide by `kind`.
-
     Attributes:
         log: name of the log, or EVERYWHERE.
         channel: "t", "q2", "tau2, tau4", "tau" for all joints, or "all".
@@ -31,7 +29,7 @@ class Fault:
         values: name, value and standard deviation of measured quantities. Speeds are (1 + GV)
             dq/dt, delayed by LV s, with an offset OV. Torques of all joints were delayed by DT s
             and are shifted. `limit` is that of a clipped torque.
-        kind: kind of the fault, from a rule in `symgen.faults.samples` or `symgen.faults.speeds`.
+        kind: kind of the fault, for programs, such as "converted" of a column in other units.
         joints: indices of the joints; empty for all.
     """
 
@@ -41,7 +39,7 @@ class Fault:
     samples: int = 0
     done: str = LEFT
     values: tuple[tuple[str, float, OrNan], ...] = ()
-    kind: Annotated[str, BESIDE] = field(default="", compare=False)
+    kind: str = field(default="", compare=False)
     joints: Annotated[tuple[int, ...], BESIDE] = field(default=(), compare=False)
 
     @property

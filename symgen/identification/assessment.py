@@ -194,7 +194,7 @@ def _headline(held: TorqueFit, noise: Residual) -> str:
     error = held.in_motion.residual.relative
     text = f"{percent(error)} torque error on motion it has not seen"
     if held.rest.any():
-        text += f" ({percent(held.residual.relative)} with joints at rest)"
+        text += f" ({percent(held.residual.relative)} over all samples)"
     if math.isnan(noise.relative):
         return f"{text}; the noise floor is unknown."
     return f"{text}; noise accounts for {percent(noise.relative)}."

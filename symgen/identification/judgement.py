@@ -176,9 +176,8 @@ def _large_errors(
     each = fit_to_logs.in_motion.residual.per_joint or ()
     squares, counts = np.zeros(robot.n), np.zeros(robot.n)
     for log in logs:
-        rows = log.free if log.resting is None else log.free & ~log.resting
-        squares += np.sum(rows * log.measured**2, axis=0)
-        counts += rows.sum(axis=0)
+        squares += np.sum(log.free * log.measured**2, axis=0)
+        counts += log.free.sum(axis=0)
     rms = np.sqrt(squares / np.maximum(counts, 1))
     reasons = []
     for j, error in enumerate(each):

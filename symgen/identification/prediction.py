@@ -150,7 +150,7 @@ def torque_errors(
     shifts: Sequence[Fault] = (),
     reading: Reading | None = None,
 ) -> list[float]:
-    """Return the relative torque error along a log of each of some sets of parameters, in one band.
+    """Return the torque error in motion along a log, of each of some sets of parameters, in a band.
 
     Args:
         robot: the robot.
@@ -165,7 +165,7 @@ def torque_errors(
     """
     evaluator = load(derive(robot, JUDGING))
     opened = open_in_band(evaluator, [log], reading, band=band, shifts=shifts)
-    return [fit(evaluator, opened.logs, X).residual.relative for X in parameters]
+    return [fit(evaluator, opened.logs, X).in_motion.residual.relative for X in parameters]
 
 
 def read_prediction(path: str | Path) -> Prediction:

@@ -162,7 +162,7 @@ def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None
             "the torque error falls",
             "15.2 %",
             "19.8 %",
-            "all, with rests",
+            "all samples",
             "15.2 %",
         ),
         *(

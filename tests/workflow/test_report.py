@@ -239,7 +239,7 @@ def test_browser_shows_a_page_in_silence(tmp_path: Path) -> None:
 def test_the_first_screen_has_number_verdict_and_a_plot_of_every_joint(tmp_path: Path) -> None:
     t = np.arange(0.0, 6.0, 0.01)
     torque = 5 * np.sin(t[:, None] * np.arange(1, 8))
-    headline = "0.97 % torque error on motion it has not seen (1.16 % with joints at rest); noise "
+    headline = "0.97 % torque error on motion it has not seen (1.16 % over all samples); noise "
     trace = Trace("check.csv", "validation", "torque", t, torque, 0.9 * torque, torque)
     estimate = replace(
         synthetic(),

@@ -149,7 +149,7 @@ def _gap_table(d: Diagnosis) -> Table:
     rows.append(("all", *(percent(gap.total) for gap in gaps), "", ""))
     if d.gaps.before != d.before:
         whole = d.before, d.after, d.floor
-        rows.append(("all, with rests", *(percent(gap.total) for gap in whole), "", ""))
+        rows.append(("all samples", *(percent(gap.total) for gap in whole), "", ""))
     return Table(("", "before", "after", "noise floor", "share", "depends on"), rows)
 
 

@@ -97,7 +97,7 @@ def _errors(e: Estimate) -> tuple[str, dict[str, Residual]]:
     noise = {} if e.noise_floor is None else {"noise floor": e.noise_floor}
     if e.moving in (None, held):
         return "torque error", {"held-out data": held} | noise | train
-    return "torque error", {"in motion": e.moving} | noise | {"with joints at rest": held} | train
+    return "torque error", {"in motion": e.moving} | noise | {"all samples": held} | train
 
 
 def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
