@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from symgen.diagnosis.diagnosis import Diagnosis
     from symgen.experiment.simulate import Simulation
     from symgen.identification.estimate import Estimate
+    from symgen.robot.types import Robot
 
 LOGS = ("train.csv", "test.csv")
 #: The content of the robot file: the joints of the Panda, with their limits of position and speed.
@@ -78,17 +79,18 @@ class Demonstration:
 
     def files(self, summary: str) -> dict[str, bytes]:
         """Return the JSON with this name, the robot file, the logs and the folders of results."""
+        from symgen import parse_robot
         from symgen.report.store import Result, result_files
 
-        results: dict[str, Result] = {
-            "identified": self.before,
-            "diagnosis": self.why,
-            "better": self.after,
+        results: dict[str, tuple[Result, Robot | None]] = {
+            "identified": (self.before, parse_robot(FILE)),
+            "diagnosis": (self.why, None),
+            "better": (self.after, self.why.extended),
         }
         inside = {
             f"{folder}/{name}": content
-            for folder, result in results.items()
-            for name, content in result_files(result).items()
+            for folder, (result, robot) in results.items()
+            for name, content in result_files(result, robot).items()
         }
         logs = zip(LOGS, self.logs, strict=True)
         told = {"schema": "symgen.demo/2", "hidden": {"name": HIDDEN, "joint": JOINT}}

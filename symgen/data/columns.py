@@ -132,7 +132,7 @@ def matched(
             matches.append(f"{role} = {pattern}")
             if "*" in pattern:
                 joints = wanted.joints if first == 0 and last < len(wanted.joints) else ()
-                named = joints and joints[0] in columns[0]
+                named = joints and short_name(joints[0]) in columns[0]
                 of = f"; * = {', '.join(joints) if named else f'{first} to {last}'}"
     line = f"{file}: columns by name: {', '.join(matches)}{of}"
     return [ours.get(name, name) for name in names], (line,) if matches else ()
@@ -261,14 +261,20 @@ def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str
     return f'--columns "{",".join(pairs)}"' if pairs else ""
 
 
+def short_name(joint: str) -> str:
+    """Return the name of a joint without "_joint" at its end, which recorders often leave out."""
+    return joint.removesuffix("_joint") or joint
+
+
 def by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, Pattern]:
     """Return the patterns of columns whose names contain names of the robot's joints."""
     out: dict[str, Pattern] = {}
-    longest = sorted((j for j in joints if j), key=len, reverse=True)
+    place = {short_name(joint): k for k, joint in enumerate(joints) if joint}
+    place |= {joint: k for k, joint in enumerate(joints) if joint}
+    longest = sorted(place, key=len, reverse=True)
     if not longest:
         return out
     any_joint = re.compile(rf"(?<![A-Za-z0-9])({'|'.join(map(re.escape, longest))})(?![A-Za-z0-9])")
-    place = {joint: k for k, joint in enumerate(joints)}
     for name in names:
         if match := any_joint.search(name):
             pattern = f"{name[: match.start()]}*{name[match.end() :]}"
@@ -308,6 +314,8 @@ def _user_pattern(names: Sequence[str], role: str, pattern: str, wanted: Wanted)
     complete = [stars for stars, columns in groups.items() if wanted.n in (None, len(columns))]
     if not complete:
         what = f"--columns {role}={pattern}: no such column of every joint"
-        shown = ", ".join(name for name in names if name)[:300]
-        refuse(what, f"a pattern with * for the joint's name or number, of {shown}")
+        if len(columns_by_star) == wanted.n:
+            stars = ",".join(map(_shown, columns_by_star))
+            refuse(what, f"--joints {stars}, in the order of the robot's joints")
+        refuse(what, f"a pattern with * for the joint's name or number, of {listed(names)}")
     return {joint: columns_by_star[star] for joint, star in groups[min(complete, key=len)].items()}

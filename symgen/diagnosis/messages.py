@@ -54,8 +54,8 @@ def summary(diagnosis: Diagnosis) -> str:
         "partly-explained": f"The model lacks {effects}, and a part of the torque is unexplained. "
         f"{gap}",
         "bad-measurement": f"The measurement is wrong, not the model{named}. {gap}",
-        "unexplained": f"The torque error is {before} (noise floor: {noise}), and no known effect "
-        "explains it.",
+        "unexplained": f"The torque error is {before} (noise floor: {noise}), and no effect that "
+        "explains it is adopted.",
     }[diagnosis.verdict]
 
 
@@ -80,7 +80,8 @@ def tie(effect: FoundEffect, robot: Robot) -> str:
     if not effect.declared or effect.name not in definitions():
         return text
     where = "-".join(map(str, effect.joints))
-    return f"{text} (symgen excite --for {effect.name}:{where} --into motion.csv plans one)"
+    command = f"symgen excite ROBOT --for {effect.name}:{where} --into motion.csv"
+    return f"{text} ({command} plans one)"
 
 
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:

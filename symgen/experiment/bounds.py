@@ -118,7 +118,8 @@ def bounds(robot: Robot) -> Bounds:
         if values is None and key in needed:
             raise ParameterError(
                 f"{where}: {needed[key]} are not limited for every joint (symgen import names the "
-                f"joints of a URDF without limits); accepted: {key} in [limits], or --{key}"
+                f"joints without limits); accepted: {key} in [limits], or --{key} with one value "
+                f"for all or one for each of {robot.n} joints"
             )
         array = np.full(robot.n, math.inf) if values is None else np.array(values, dtype=float)
         if len(array) != robot.n:

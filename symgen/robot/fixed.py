@@ -98,7 +98,9 @@ def _named(robot: Robot, name: str) -> Joint:
         if name in (joint.name, str(joint.number)):
             return joint
     known = ", ".join(shortened(j.name) or str(j.number) for j in robot.movable[:24])
-    raise RobotError(f"{robot.name} has no such movable joint; accepted: of {known}")
+    raise RobotError(
+        f"{robot.name} has no such movable joint; accepted: --fix once for each, of {known}"
+    )
 
 
 def _substituted(joint: Joint, values: dict[int, sp.Expr]) -> Joint:

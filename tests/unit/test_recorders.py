@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -139,6 +141,19 @@ def test_a_pattern_chooses_where_two_would_do(log_of) -> None:
     assert (log.q == 7).all()
     log = log_of(RECORDERS["from zero"], reading=Reading(columns={"tau": "tau_J_*"}))
     np.testing.assert_array_equal(log.tau, VALUES["tau"])
+
+
+def test_a_recorder_may_leave_out_the_end_of_joint_names(tmp_path: Path) -> None:
+    """The URDF has hip_joint and hip_2_joint; the columns begin with hip and hip_2."""
+    words = [f"{joint}/{word}" for word in ("position", "effort") for joint in ("hip_2", "hip")]
+    path, table = tmp_path / "log.csv", np.column_stack([T, *np.ones((4, N))])
+    table[:, 1], table[:, 2] = 2 * T, T
+    np.savetxt(path, table, delimiter=",", header=",".join(["t", *words]), comments="")
+    log = read_log(path, names=("hip_joint", "hip_2_joint"), sigma=(0, 0))
+    np.testing.assert_allclose(log.q, np.column_stack([T, 2 * T]))
+    reading = Reading(columns={"q": "*/position"})
+    with pytest.raises(LogError, match="--joints hip_2,hip, in the order"):
+        read_log(path, reading=reading, names=("shoulder", "elbow"), sigma=(0, 0))
 
 
 REFUSED = {

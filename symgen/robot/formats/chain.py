@@ -378,16 +378,13 @@ class Chain:
             values = [j.limit.get(word, 0.0) for j in movable]
             columns[key] = [(value, value > 0) for value in values]
         read: dict[str, Any] = {}
-        lost = []
         for key, entries in columns.items():
             pairs = zip(movable, entries, strict=True)
             free = [shortened(j.name) for j, (_, valid) in pairs if not valid]
             if not free:
                 read[key] = tuple(value for value, _ in entries)
             elif any(np.any(value) for value, _ in entries):
-                lost.append(f"{key} ({first_of(free, 3)})")
-        if lost:
-            self.notes.append(f"limits that a joint lacks are not read: {', '.join(lost)}")
+                self.notes.append(f"no {key} limits are read: {first_of(free, 3)} has none")
         return Limits(**read) if read else None
 
     def _parameters(self) -> list[tuple[str, float]]:
