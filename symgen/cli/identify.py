@@ -103,6 +103,7 @@ def identify(
     """
     import symgen
     from symgen.identification.export import identified_file
+    from symgen.identification.judgement import CHANGED
     from symgen.identification.settle import EFFECT_MISSING
     from symgen.parallel import executor_of
 
@@ -138,6 +139,9 @@ def identify(
     sound = estimate.uses is not None and estimate.uses.simulation.ok
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
+    elif any(reason.kind == CHANGED for reason in estimate.suspected):
+        since = {"logs": validation, "validation": (), "parameters": str(into)}
+        click.echo(f"try: {again('diagnose', into=f'{into}-why', **since)}")
     elif not (trusted and sound and estimate.unexplained is None):
         click.echo(f"try: {again('diagnose', into=f'{into}-why')}")
     if said:

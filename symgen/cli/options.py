@@ -304,7 +304,7 @@ def finish(result: Any, into: Path, **more: Any) -> int:
     return 0 if good else 1
 
 
-def again(command: str = "", **changed: str) -> str:
+def again(command: str = "", **changed: Any) -> str:
     """Return this command, or another one with the same options, as a line for the shell.
 
     Args:
@@ -329,4 +329,7 @@ def again(command: str = "", **changed: str) -> str:
             options += p.opts[:1]
         else:
             options += [part for v in listed for part in (p.opts[0], str(v))]
+    for p in other.params if other else ():
+        if str(p.name) in changed:
+            options += [p.opts[0], changed.pop(str(p.name))]
     return shlex.join([*words, *options])

@@ -170,7 +170,10 @@ def assess(
         window_s=None if model.name == "torque" else model.window,
         verdict="trusted" if uses.prediction.ok else "doubtful",
         reasons=uses.prediction.reasons,
-        suspected=(*run.suspected, *suspicions(run, solution, result.torque_held, accept)),
+        suspected=(
+            *run.suspected,
+            *suspicions(run, solution, (result.torque_train, result.torque_held), accept),
+        ),
         headline=BETWEEN_USES.join((_headline(result.torque_held, floor), *uses.sentences)),
         uses=uses,
         band=run.band,

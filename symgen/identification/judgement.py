@@ -27,10 +27,12 @@ from symgen.identification.model_choice import Run
 from symgen.identification.settle import Settled, like_no_robot
 from symgen.identification.simulation import mixed_states, motion_states, some_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
-from symgen.policy import GOOD, JOINT, MISFIT, VARIES
+from symgen.policy import GOOD, JOINT, LEAST, MISFIT, VARIES
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
+#: Kind of the suspicion that the validation logs are of another state of the robot.
+CHANGED = "changed"
 OPEN = "the motion does not determine all parameters"
 _SEARCH = "symgen diagnose searches for the cause"
 _SCALED = (
@@ -123,12 +125,29 @@ def parameters_use(
     return ParametersUse(tuple(reasons), () if scaled else tuple(known), count)
 
 
-def suspicions(run: Run, solution: Solution, held: TorqueFit, accept: float) -> list[Reason]:
-    """Return possible faults of the logs, and reasons against predicting other motions."""
+def suspicions(
+    run: Run, solution: Solution, torques: tuple[TorqueFit, TorqueFit], accept: float
+) -> list[Reason]:
+    """Return possible faults of the logs, and reasons against predicting other motions.
+
+    Args:
+        run: the logs.
+        solution: the solution.
+        torques: torques of the training and of the validation logs.
+        accept: largest torque error of a usable model, as a part of the torque.
+    """
     reasons = []
     reasons += _hardly_moving(run.train, run.evaluator.model.robot)
-    if held.in_motion.residual.relative < MISFIT:
+    train, held = (fit.in_motion.residual.relative for fit in torques)
+    if held < MISFIT:
         reasons += _without_friction(run, solution.X)
+    if run.has_validation and held > VARIES * train and held**2 - train**2 > LEAST**2:
+        text = (
+            f"the torque error is {percent(train)} on the training logs and {percent(held)} on the "
+            "validation logs: compare load, temperature and range of motion; symgen diagnose "
+            "--parameters searches for what changed"
+        )
+        reasons.append(Reason(CHANGED, value=held, limit=VARIES * train, text=text))
     other = uncertain_torque(run.evaluator, run.train, solution.noise, mixed=True).relative
     if other > accept:
         text = (

@@ -51,6 +51,33 @@ def identified(viscous: float) -> symgen.Estimate:
     return symgen.identify(robot, log(3, viscous), validation=held)
 
 
+@pytest.mark.slow
+def test_a_load_in_the_validation_log_alone_is_suspected_and_the_command_finds_it(
+    command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A load of 2 kg at 0.2 m, after an estimate without it."""
+    loaded = X + 2.0 * np.array([L1**2, 0.2**2, 0.2, 0.0])
+    (tmp_path / "arm.toml").write_text(ROBOT)
+    for name, seed, values in (("train", 3, X), ("held", 4, loaded)):
+        rng = np.random.default_rng(seed)
+        t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
+        states = zip(q, qd, qdd, strict=True)
+        tau = np.array([planar2r.inverse_dynamics(*s, values, L1) for s in states])
+        tau += 0.1 * SCALE * qd + 1e-3 * tau.std(axis=0) * rng.normal(size=tau.shape)
+        columns = np.column_stack([t, q, qd, tau])
+        head = "t,q1,q2,qd1,qd2,tau1,tau2"
+        np.savetxt(tmp_path / f"{name}.csv", columns, delimiter=",", header=head, comments="")
+    monkeypatch.chdir(tmp_path)
+    typed = ["identify", "arm.toml", "train.csv", "--validation", "held.csv", "--into", "found"]
+    code, printed, _ = command(*typed)
+    assert code == 1
+    advice = "symgen diagnose arm.toml held.csv --into found-why --parameters found"
+    assert f"try: {advice}\n" in printed
+    assert command(*advice.split()[1:])[0] in (0, 1)
+    effects = json.loads((tmp_path / "found-why" / "diagnosis.json").read_text())["effects"]
+    assert effects[0]["name"] == "payload"
+
+
 def test_a_headline_begins_with_the_error_and_has_a_sentence_for_each_use() -> None:
     found = identified(0.1)
     assert (found.verdict, found.reasons) == ("trusted", ())
