@@ -141,7 +141,8 @@ def relative_error(
     kind_size = size_of_kind(size, prismatic)
     parts = error / kind_size
     slides = np.array(prismatic or [False] * len(size))
-    total = math.sqrt(max(float(parts[slides].sum()), float(parts[~slides].sum())))
+    # np.max keeps NaN, which is an unknown noise floor.
+    total = math.sqrt(float(np.max([parts[slides].sum(), parts[~slides].sum()])))
     each = np.sqrt(error / np.where(size > 0, size, kind_size))
     return Residual(total, tuple(map(float, each)) if by_joint else None)
 

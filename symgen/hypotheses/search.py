@@ -50,7 +50,7 @@ from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
 from symgen.hypotheses.trials import exact_change, motion_trials, torque_trials
 from symgen.parallel import Say, silent
-from symgen.policy import LEAST, LOUD, SURE
+from symgen.policy import LEAST, LOUD, SHOWN, SURE
 
 #: Correlation above which two effects are one class, and above which they are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
@@ -107,13 +107,18 @@ def search(
 
 
 def _with_validation_contacts(result: SearchResult, least: float) -> SearchResult:
-    """Return the result with the contacts of the validation logs, where no model can fit."""
+    """Return the result with the contacts of the validation logs, where no model can fit.
+
+    No other motion confirms them, so they must be shown: without them, at most the part SHOWN of
+    the error of one of their joints remains.
+    """
     if not result.problem.held:
         return result
     contacts: list[Contact] = []
     joined = result.problem.joined
     size, held = joined.base.size, result.problem.held
     effects = columns_in(joined, result.effects)
+    before = joined.stage(effects).score.alone.variance
     while True:
         contact = likeliest_contact(joined.stage(effects).score, held, size)
         if contact is None or contact.odds <= 0 or contact.worth < least:
@@ -121,7 +126,10 @@ def _with_validation_contacts(result: SearchResult, least: float) -> SearchResul
         contacts.append(contact)
         joined = joined.without([contact])
         held = joined.logs[: len(held)]
-    return result.with_items((*result.items, *contacts))
+    after = joined.stage(effects).score.alone.variance
+    left = np.sqrt(after / np.maximum(before, TINY))
+    shown = (c for c in contacts if left[list(c.joints)].min() <= SHOWN)
+    return result.with_items((*result.items, *shown))
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,8 @@ from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
+from symgen.estimation.torque_error import fit
+from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs
 from symgen.faults.undo import with_known_shifts
@@ -41,6 +43,7 @@ def open_in_band(
     *,
     band: Band | None = None,
     shifts: Sequence[Fault] = (),
+    X: FloatArray | None = None,
     cutoff: float | None = None,
     progress: Say = silent,
 ) -> LogsInBand:
@@ -51,7 +54,9 @@ def open_in_band(
         sources: paths or logs.
         reading: options of reading and masking.
         band: filters of the run that estimated the parameters; by default, symgen chooses them.
-        shifts: shifts of the torques in that run.
+        shifts: shifts of the torques in that run. A log is shifted only if this lowers its torque
+            error, because another recorder may not be late.
+        X: the estimated parameters, (p,); needed with `shifts`.
         cutoff: cutoff of the filter of positions and speeds, Hz; by default that of the band.
         progress: called with a text about the current step.
 
@@ -67,8 +72,16 @@ def open_in_band(
     repairs += more
     logs = []
     for s in samples:
-        shifted, done = with_known_shifts(s, shifts)
-        repairs += done
-        logs.append(filter_log(shifted, chosen))
+        log = filter_log(s, chosen)
+        if shifts and X is not None:
+            shifted, done = with_known_shifts(s, shifts)
+            other = filter_log(shifted, chosen)
+            error, error_shifted = (
+                fit(evaluator, [x], X).in_motion.residual.relative for x in (log, other)
+            )
+            if error_shifted < error:
+                log = other
+                repairs += done
+        logs.append(log)
     notes = (*(note for s in samples for note in s.notes), f"band: {chosen.in_words()}")
     return LogsInBand(tuple(logs), chosen, tuple(repairs), notes)

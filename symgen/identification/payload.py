@@ -218,11 +218,16 @@ def payload(
     model = derive(source, JUDGING)
     in_file = None if parameters is None else read_known(parameters, model)
     evaluator = load(model)
-    band, shifts = (None, ()) if in_file is None else (in_file.band, in_file.shifts)
     opened = open_in_band(
-        evaluator, [*loaded, *bare], reading,
-        band=band, shifts=shifts, cutoff=cutoff, progress=progress,
-    )  # fmt: skip
+        evaluator,
+        [*loaded, *bare],
+        reading,
+        band=None if in_file is None else in_file.band,
+        shifts=() if in_file is None else in_file.shifts,
+        X=None if in_file is None else in_file.X,
+        cutoff=cutoff,
+        progress=progress,
+    )
     require_other_data([log.samples for log in opened.logs], [])
     groups = opened.logs[: len(loaded)], opened.logs[len(loaded) :]
     progress("solving")

@@ -112,7 +112,7 @@ def predict(
     model = derive(source, (*JUDGING, "energy"))
     known, evaluator = read_known(parameters, model), load(model)
     opened = open_in_band(
-        evaluator, [log], reading, band=known.band, shifts=known.shifts, cutoff=cutoff
+        evaluator, [log], reading, band=known.band, shifts=known.shifts, X=known.X, cutoff=cutoff
     )
     (filtered,) = opened.logs
     compared = fit(evaluator, [filtered], known.X)
@@ -157,14 +157,14 @@ def torque_errors(
         log: a path or a log.
         parameters: sets of base parameters (p,).
         band: the filters; by default, symgen chooses them.
-        shifts: shifts of the torques in the run of the estimate.
+        shifts: shifts of the torques in the run of the estimate, the last set of parameters.
         reading: options of reading the log.
 
     Raises:
         LogError: symgen cannot read the log, or it belongs to another robot.
     """
     evaluator = load(derive(robot, JUDGING))
-    opened = open_in_band(evaluator, [log], reading, band=band, shifts=shifts)
+    opened = open_in_band(evaluator, [log], reading, band=band, shifts=shifts, X=parameters[-1])
     return [fit(evaluator, opened.logs, X).in_motion.residual.relative for X in parameters]
 
 

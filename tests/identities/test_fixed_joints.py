@@ -75,7 +75,7 @@ def test_limits_parameters_and_the_written_file_are_those_of_the_rest() -> None:
 @pytest.mark.parametrize(
     ("fix", "says"),
     [
-        (["thumb"], "accepted: of shoulder, elbow, finger"),
+        (["thumb"], "accepted: --fix once for each, of shoulder, elbow, finger"),
         (["finger=wide"], "NAME=VALUE in rad or m"),
         (["finger=nan"], "NAME=VALUE in rad or m"),
         (["finger", "3"], "given twice"),
