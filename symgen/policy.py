@@ -24,8 +24,6 @@ KNOWN = 0.3
 #: Number of standard deviations above which a difference is not chance: 1 of 370 for a normal
 #: distribution.
 BEYOND = 3.0
-#: Relative error of a single joint from which it is listed with its error in N m.
-JOINT = 0.30
 #: Limits of the position error on held-out motion, relative to the distance moved, for a model to
 #: be good for simulation. After the first horizon (0.2 s), the model must be nearer than a robot at
 #: rest. After the last one (1 s), the error must be below 30 %. Of ten simulated arms with a torque

@@ -10,6 +10,7 @@ import numpy as np
 
 from symgen.diagnosis.diagnosis import Curves, FoundEffect, Gap, Gaps, Place
 from symgen.diagnosis.extended import Extended
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.motion_error import floor_below
 from symgen.estimation.system import torque_at
@@ -54,7 +55,7 @@ def measure_gap(result: SearchResult, model: Extended) -> Measured:
     curves = []
     first = partial(torque_at, declared.evaluator, declared.estimate)
     modelled = [log.unmasked.modelled(first) for log in declared.held]
-    corrected = _torques(model) if result.items else modelled
+    corrected = _torques(model, problem.held) if result.items else modelled
     logs = zip(declared.held, problem.held, modelled, corrected, strict=True)
     for recorded, log, before, after in logs:
         measured = recorded.unmasked.measured
@@ -69,19 +70,19 @@ def measure_gap(result: SearchResult, model: Extended) -> Measured:
     return Measured(_gaps(was.residual, now.residual, noise), moving, tuple(curves))
 
 
-def error_in_motion(model: Extended) -> float:
-    """Return the torque error of an extended model for joints in motion on the validation logs."""
+def error_in_motion(model: Extended, logs: Sequence[FilteredLog]) -> float:
+    """Return the torque error of an extended model for joints in motion on some logs."""
     out = TorqueFit.none(model.problem.robot)
-    for log, torque in zip(model.problem.held, _torques(model), strict=True):
+    for log, torque in zip(logs, _torques(model, logs), strict=True):
         out += squares(log.clear[log.kept], log.unmasked.measured, torque, log.resting)
     return out.in_motion.residual.relative
 
 
-def _torques(model: Extended) -> list[FloatArray]:
-    """Return the torque of the extended model along the validation logs, in the band, (K, n)."""
+def _torques(model: Extended, logs: Sequence[FilteredLog]) -> list[FloatArray]:
+    """Return the torque of the extended model along some logs, in the band, (K, n)."""
     problem, out = model.problem, []
     inside = problem.stage(model.effects).X
-    for log in problem.held:
+    for log in logs:
         torques = problem.torques_along(log, model.of_robot, model.evaluator, inside)
         torque, at = torques.model, model.count
         for c in (s.candidate for s in model.as_columns):

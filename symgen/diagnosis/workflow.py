@@ -60,6 +60,7 @@ from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
+from symgen.identification.judgement import changed_state
 from symgen.identification.parameters import read_known
 from symgen.identification.possible import nearest_possible
 from symgen.identification.segments import sample_logs
@@ -268,7 +269,7 @@ def _impossible(model: Extended, gaps: Measured) -> list[Reason]:
     if not near.fault:
         return []
     X = np.concatenate([near.X, model.X[model.count :]])
-    bounded = error_in_motion(replace(model, X=X))
+    bounded = error_in_motion(replace(model, X=X), model.problem.held)
     limit = largest_error(free)
     if bounded <= limit:
         return []
@@ -377,6 +378,10 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
         Rejected(s.definition.name, joint_numbers(robot, s.joints), why) for s, why in refused
     )
     train = result.problem.base
+    remaining = c.gaps.moving.after
+    changed: list[Reason] = []
+    if opened.has_validation and verdict in ("unexplained", "partly-explained"):
+        changed = changed_state(error_in_motion(c.model, result.problem.logs), remaining.total)
     cutoffs = [log.rows.cutoff for log in result.problem.held if log.rows.cutoff]
     diagnosis = Diagnosis(
         robot=robot.name,
@@ -390,8 +395,8 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
         effects=c.effects,
         rejected=tuple(rejected),
         advice=(
-            *(r.text for r in c.reasons),
-            *advice_of(c.effects, robot, verdict, c.gaps.moving.after),
+            *(r.text for r in (*c.reasons, *changed)),
+            *advice_of(c.effects, robot, verdict, remaining),
         ),
         notes=_notes(opened, band, c),
         extended=c.model.robot,

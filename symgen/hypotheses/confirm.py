@@ -28,7 +28,7 @@ from symgen.hypotheses.registry import Item, SearchResult, leave_out
 from symgen.hypotheses.score import TINY, repeats_motion
 from symgen.policy import LEAST, SHOWN
 
-REPEATED = "the held-out data only repeat the motion of the training logs: record another motion"
+REPEATED = "the held-out data only repeat the motion of the training logs, which confirms nothing"
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,7 @@ from symgen.identification.model_choice import Run
 from symgen.identification.settle import Settled, like_no_robot
 from symgen.identification.simulation import mixed_states, motion_states, some_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
-from symgen.policy import GOOD, JOINT, LEAST, MISFIT, VARIES
+from symgen.policy import GOOD, LEAST, MISFIT, VARIES
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -76,7 +76,7 @@ def prediction_use(
             f"the fit did not use; {_SEARCH}"
         )
         reasons.append(Reason("varies", value=fold, limit=VARIES * error, text=text))
-    large = _large_errors(run.held, held, run.evaluator.model.robot)
+    large = _large_errors(run.held, held, run.evaluator.model.robot, accept)
     return PredictionUse(tuple(reasons), grade=grade, large=tuple(large))
 
 
@@ -141,13 +141,8 @@ def suspicions(
     train, held = (fit.in_motion.residual.relative for fit in torques)
     if held < MISFIT:
         reasons += _without_friction(run, solution.X)
-    if run.has_validation and held > VARIES * train and held**2 - train**2 > LEAST**2:
-        text = (
-            f"the torque error is {percent(train)} on the training logs and {percent(held)} on the "
-            "validation logs: compare load, temperature and range of motion; symgen diagnose "
-            "--parameters searches for what changed"
-        )
-        reasons.append(Reason(CHANGED, value=held, limit=VARIES * train, text=text))
+    if run.has_validation:
+        reasons += changed_state(train, held)
     other = uncertain_torque(run.evaluator, run.train, solution.noise, mixed=True).relative
     if other > accept:
         text = (
@@ -156,6 +151,22 @@ def suspicions(
         )
         reasons.append(Reason("not_excited", value=other, limit=accept, text=text))
     return reasons
+
+
+def changed_state(train: float, held: float) -> list[Reason]:
+    """Return a reason if the torque error on the validation logs is much larger than on training.
+
+    Args:
+        train, held: torque errors of joints in motion on the training and on the validation logs.
+    """
+    if held <= VARIES * train or held**2 - train**2 <= LEAST**2:
+        return []
+    text = (
+        f"the torque error is {percent(train)} on the training logs and {percent(held)} on the "
+        "validation logs: compare load, temperature and range of motion; symgen diagnose with the "
+        "validation logs and --parameters searches for what changed"
+    )
+    return [Reason(CHANGED, value=held, limit=VARIES * train, text=text)]
 
 
 def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
@@ -189,9 +200,9 @@ def _mostly_noise(noise: Residual) -> list[Reason]:
 
 
 def _large_errors(
-    logs: Sequence[FilteredLog], fit_to_logs: TorqueFit, robot: Robot
+    logs: Sequence[FilteredLog], fit_to_logs: TorqueFit, robot: Robot, accept: float
 ) -> list[Reason]:
-    """Return the joints whose torque error in motion is large, with the error in N m or N."""
+    """Return the joints whose torque error in motion is above `accept`, with it in N m or N."""
     each = fit_to_logs.in_motion.residual.per_joint or ()
     squares, counts = np.zeros(robot.n), np.zeros(robot.n)
     for log in logs:
@@ -200,10 +211,10 @@ def _large_errors(
     rms = np.sqrt(squares / np.maximum(counts, 1))
     reasons = []
     for j, error in enumerate(each):
-        if error > JOINT:
+        if error > accept:
             unit = names.unit("OF", robot.sigma[j])
             text = f"{robot.listed([j])} {percent(error)}, {error * rms[j]:.3g} {unit}"
-            reasons.append(Reason("large_error", _numbers(robot, [j]), error, JOINT, text))
+            reasons.append(Reason("large_error", _numbers(robot, [j]), error, accept, text))
     return reasons
 
 

@@ -76,6 +76,8 @@ def test_a_load_in_the_validation_log_alone_is_suspected_and_the_command_finds_i
     assert command(*advice.split()[1:])[0] in (0, 1)
     effects = json.loads((tmp_path / "found-why" / "diagnosis.json").read_text())["effects"]
     assert effects[0]["name"] == "payload"
+    why = symgen.diagnose("arm.toml", "train.csv", validation="held.csv")
+    assert any("compare load, temperature" in text for text in why.advice)
 
 
 def test_a_headline_begins_with_the_error_and_has_a_sentence_for_each_use() -> None:
@@ -183,7 +185,7 @@ def test_single_values_are_not_to_be_read_where_torque_is_unexplained() -> None:
 def test_joints_with_a_large_error_are_listed_with_their_torque() -> None:
     found = lacking(0.5)
     (large,) = found.uses.prediction.large
-    assert (large.kind, large.joints, large.limit) == ("large_error", (2,), 0.3)
+    assert (large.kind, large.joints, large.limit) == ("large_error", (2,), 0.1)
     assert large.value == pytest.approx(found.torque_validation.per_joint[1])
     assert "N m" in large.text
 
