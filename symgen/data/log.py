@@ -417,7 +417,8 @@ def _require_radians(
         if span > _MAX_RANGE and not sure:
             column = _shown(f"q{j + 1}", names)
             what = f"column {column} spans {span:.4g}, over {_MAX_RANGE:g} rad, as degrees would"
-            refuse(what, f"{accepted}deg, or --unit rad if it turns so far")
+            one = f"q{j + 1}=deg" if qd is None else f"q{j + 1}=deg,qd{j + 1}=deg/s"
+            refuse(what, f"{accepted}deg, or --unit {one}, or --unit rad if it turns so far")
     if qd is None:
         return
     # about ten thousand samples over the log are enough to find the unit

@@ -212,28 +212,7 @@ class _Judge:
                 if len(near) > 1 and o.candidate.smooth:
                     o = max(o, self._scored(stage, _refined(stage, o)), key=_odds)
             out.append(o)
-        out.sort(key=_odds, reverse=True)
-        if out and isinstance(out[0], Score):
-            first = self._simplest(stage, out)
-            out = [first, *(o for o in out if o is not first)]
-        return out
-
-    def _simplest(self, stage: Stage, ranked: Sequence[Item]) -> Score:
-        """Return the simplest of the effects that explain the same as the best one.
-
-        A law that contains another one, as a polynomial contains a spring, predicts as well where
-        its further coefficients are zero.
-        """
-        best = ranked[0]
-        assert isinstance(best, Score)
-        same, e = [best], explained(stage.rows, best.columns)
-        for o in ranked[1:]:
-            if not isinstance(o, Score) or o.candidate.name == UNNAMED:
-                continue
-            simpler = o.odds > best.odds - SURE and o.candidate.degrees < best.candidate.degrees
-            if simpler and _correlation(e, explained(stage.rows, o.columns)) > _SAME:
-                same.append(o)
-        return min(same, key=lambda o: (o.candidate.degrees, -o.odds))
+        return sorted(out, key=_odds, reverse=True)
 
     def added(self, result: SearchResult, stage: Stage, new: Item) -> SearchResult:
         """Return the result with one more hypothesis."""
@@ -267,7 +246,10 @@ class _Judge:
         return result
 
     def compared(self, result: SearchResult) -> list[Score]:
-        """Return the effects with their probabilities and their alternatives."""
+        """Return the effects with their probabilities and their alternatives.
+
+        Of effects that explain the same, the simplest is returned and the others are alternatives.
+        """
         from scipy.special import softmax
 
         out = []
@@ -284,6 +266,10 @@ class _Judge:
                 alike = _correlation(e, explained(stage.rows, s.columns))
                 if alike > _ALIKE:
                     rivals.append((alike, s))
+            first = _simplest(again, [s for alike, s in rivals if alike > _SAME])
+            if first is not again:
+                rivals = [(alike, again if s is first else s) for alike, s in rivals]
+                again = _refined(stage, first)
             odds = [total_odds(again, result.effects), *(s.odds for _, s in rivals), 0.0]
             weight = softmax(odds)
             same = weight[0]
@@ -419,6 +405,16 @@ class _Judge:
         fit = stage.score.fit_with(columns, self._expected(stage, score.candidate, columns))
         judged = self._judged(stage, score.candidate, columns, fit)
         return replace(judged, odds=judged.odds - score.cost, cost=score.cost)
+
+
+def _simplest(best: Score, same: Sequence[Score]) -> Score:
+    """Return the simplest of the effects that explain the same and are about as probable.
+
+    A law that contains another one, as a polynomial contains a spring, predicts as well where its
+    further coefficients are zero.
+    """
+    equal = [s for s in same if s.odds > best.odds - SURE and s.candidate.name != UNNAMED]
+    return min([best, *equal], key=lambda s: s.candidate.degrees)
 
 
 def _refined(stage: Stage, new: Score) -> Score:

@@ -159,7 +159,8 @@ def test_an_option_says_the_decimal_mark(tmp_path, separator):
 def test_a_joint_that_turns_far_is_read_with_the_option(tmp_path):
     turns = {"q1": 60.0 * COLUMNS["t"], "qd1": np.full(1500, 60.0)}
     path = written(tmp_path / "log.csv", renamed({}, **turns))
-    with pytest.raises(LogError, match=r"column q1 .*--unit deg, or --unit rad"):
+    accepted = r"column q1 .*--unit deg, or --unit q1=deg,qd1=deg/s, or --unit rad"
+    with pytest.raises(LogError, match=accepted):
         read_log(path, sigma=(0, 0))
     log = read_log(path, sigma=(0, 0), reading=Reading(unit={"": "rad"}))
     assert np.ptp(log.q[:, 0]) == pytest.approx(60 * 14.99)
