@@ -53,7 +53,7 @@ def summary(diagnosis: Diagnosis) -> str:
         "explained": f"The model lacks {effects}. {gap}",
         "partly-explained": f"The model lacks {effects}, and a part of the torque is unexplained. "
         f"{gap}",
-        "bad-measurement": f"The measurement is wrong, not the model{named}. {gap}",
+        "bad-measurement": f"The measurement is wrong{named}. {gap}",
         "unexplained": f"The torque error is {before} (noise floor: {noise}), and no effect that "
         "explains it is adopted.",
     }[diagnosis.verdict]
