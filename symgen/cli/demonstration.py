@@ -131,7 +131,7 @@ def _said(estimate: Estimate) -> str:
 
 
 def _error(estimate: Estimate) -> float:
-    error = estimate.torque_validation
+    error = estimate.moving or estimate.torque_validation
     assert error is not None
     return error.relative
 

@@ -12,20 +12,19 @@ import numpy as np
 
 from symgen.data.raw import require_size
 from symgen.errors import ParameterError
-from symgen.estimation.values import Residual, Trace
+from symgen.estimation.values import Trace
 from symgen.schemas import as_json, from_json
 
 FILE = "curves.npz"
 
 
-def traces_npz(traces: tuple[Trace, ...], moving: Residual | None = None) -> bytes:
+def traces_npz(traces: tuple[Trace, ...]) -> bytes:
     """Return traces as the bytes of an NPZ file.
 
     Curves are in single precision, times in double. `index`, a JSON text in bytes, lists the
-    traces in order, and contains the torque error of joints in motion or null. The arrays of the
-    traces are `trace0_t`, `trace0_measured`, ...
+    traces in order. The arrays of the traces are `trace0_t`, `trace0_measured`, ...
     """
-    index = json.dumps({"traces": as_json(traces), "moving": as_json(moving)})
+    index = json.dumps({"traces": as_json(traces)})
     arrays: dict[str, Any] = {"index": np.frombuffer(index.encode(), dtype=np.uint8)}
     for k, trace in enumerate(traces):
         for key, array in vars(trace).items():
@@ -36,24 +35,22 @@ def traces_npz(traces: tuple[Trace, ...], moving: Residual | None = None) -> byt
     return file.getvalue()
 
 
-def read_traces(path: Path) -> tuple[tuple[Trace, ...], Residual | None]:
-    """Read traces and error from a file of `traces_npz`; empty and None if the file is missing.
+def read_traces(path: Path) -> tuple[Trace, ...]:
+    """Read traces from a file of `traces_npz`; none if the file is missing.
 
     Raises:
         ParameterError: the file is damaged.
     """
     if not path.exists():
-        return (), None
+        return ()
     try:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             require_size(path, sum(entry.file_size for entry in file.zip.infolist()))
             index = json.loads(file["index"].tobytes())
-            traces = tuple(
+            return tuple(
                 from_json(Trace, entry, path, **_arrays(file, f"trace{k}", entry))
                 for k, entry in enumerate(index["traces"])
             )
-            moving = index.get("moving")
-            return traces, None if moving is None else from_json(Residual, moving, path)
     except Exception as error:  # a damaged archive raises one of many kinds
         raise ParameterError(
             f"{path}: damaged ({type(error).__name__}); accepted: the file that identify wrote, or "

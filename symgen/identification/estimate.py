@@ -216,7 +216,7 @@ class Estimate(Viewable):
     notes: tuple[str, ...] = ()
     provenance: Annotated[tuple[tuple[str, str], ...], PAIRS] = ()
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
-    moving: Annotated[Residual | None, BESIDE] = None
+    moving: Annotated[Residual | None, at("torque_residual_in_motion"), OPTIONAL] = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "possible", self.physical.reason is None)
@@ -283,8 +283,8 @@ def read_estimate(path: str | Path) -> Estimate:
         )
     torque = estimate.torque_validation and estimate.torque_validation.per_joint
     joints = (JointLabel(j, "N m or N") for j in range(1, len(torque or ()) + 1))
-    traces, moving = read_traces(file.with_name(FILE))
-    return replace(estimate, joints=estimate.joints or tuple(joints), traces=traces, moving=moving)
+    traces = read_traces(file.with_name(FILE))
+    return replace(estimate, joints=estimate.joints or tuple(joints), traces=traces)
 
 
 def _torn(e: Estimate) -> str:

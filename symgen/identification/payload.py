@@ -155,7 +155,7 @@ def read_payload(path: str | Path) -> Payload:
         ParameterError: there is no payload.json, or it is damaged.
     """
     file = result_file(path, MARKER)
-    traces, _ = read_traces(file.with_name(FILE))
+    traces = read_traces(file.with_name(FILE))
     return replace(read_result(Payload, file, SCHEMA, traces=()), traces=traces)
 
 

@@ -189,7 +189,7 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
         files[curves.FILE] = curves.traces_npz(result.traces)
     if isinstance(result, Estimate):
         files[f"{result.robot}_values.h"] = values_header(result).encode()
-        files[curves.FILE] = curves.traces_npz(result.traces, result.moving)
+        files[curves.FILE] = curves.traces_npz(result.traces)
         if robot is not None:
             files["robot.toml"] = robot_toml(robot).encode()
     return {_kind(result)[0]: (json_text(result.to_json()) + "\n").encode(), **files}
