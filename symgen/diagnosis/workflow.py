@@ -275,9 +275,8 @@ def _impossible(model: Extended, gaps: Measured) -> list[Reason]:
         return []
     text = f"{near.fault}; the nearest possible robot has {percent(bounded)} torque error"
     missing = Reason(EFFECT_MISSING, value=bounded, limit=limit, text=text)
-    names = model.evaluator.model.base.names
-    no_robot = like_no_robot(names, model.of_robot, model.covariance, (free, bounded), ACCEPT)
-    return no_robot or [missing]
+    fitted = model.evaluator.model, model.of_robot, model.covariance
+    return like_no_robot(*fitted, (free, bounded), ACCEPT) or [missing]
 
 
 def _repaired(

@@ -59,9 +59,9 @@ def prediction_use(
     grade = "good" if error <= GOOD else "usable"
     if error <= accept:
         if settled.physical.reason is not None and settled.physical.held_out is not None:
-            names, fitted = run.evaluator.model.base.names, settled.solution
+            model, fitted = run.evaluator.model, settled.solution
             errors = settled.physical.held_out
-            reasons += like_no_robot(names, fitted.X, fitted.covariance, errors, accept)
+            reasons += like_no_robot(model, fitted.X, fitted.covariance, errors, accept)
     else:
         grade = "poor"
         reasons += _not_excited(run, settled.solution, accept)
@@ -163,8 +163,8 @@ def changed_state(train: float, held: float) -> list[Reason]:
         return []
     text = (
         f"the torque error is {percent(train)} on the training logs and {percent(held)} on the "
-        "validation logs: compare load, temperature and range of motion; symgen diagnose with the "
-        "validation logs and --parameters searches for what changed"
+        "validation logs: compare load (symgen payload), temperature and motion; symgen diagnose "
+        "with the validation logs and --parameters searches for what changed"
     )
     return [Reason(CHANGED, value=held, limit=VARIES * train, text=text)]
 

@@ -347,9 +347,11 @@ def base_values(
     named = {k: v for k, v in named.items() if k in known or not _undeclared(k, v, model.robot)}
     unknown = sorted(set(named) - known)
     if unknown:
+        of_result = Path(where) / "robot.toml"  # of a result folder
+        how = f"; or {of_result} as the robot" if of_result.is_file() else ""
         raise ParameterError(
             f"{where}: {', '.join(unknown[:5])} is no parameter of {model.robot.name}; accepted: "
-            f"{', '.join(base.names[:8])}, ... or standard parameters"
+            f"{', '.join(base.names[:8])}, ... or standard parameters{how}"
         )
     X = np.array([float(named.get(n, np.nan)) for n in base.names])
     s = np.array([float(named.get(n, np.nan)) for n in standard])

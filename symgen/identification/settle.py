@@ -100,34 +100,52 @@ def largest_error(least: float) -> float:
 
 
 def like_no_robot(
-    names: Sequence[str],
-    X: FloatArray,
-    covariance: FloatArray,
-    errors: tuple[float, float],
-    accept: float,
+    model: Model, X: FloatArray, covariance: FloatArray, errors: tuple[float, float], accept: float
 ) -> list[Reason]:
     """Return a reason if only impossible parameters explain the logs, as signs or time are wrong.
 
-    Torques or positions with the wrong sign, or reversed time, fit well with negative friction. An
-    effect that the model lacks can make links impossible, but its friction still brakes.
+    Torques or positions with the wrong sign, or reversed time, fit well with friction that drives.
+    An effect that the model lacks can make links impossible, but friction still brakes.
 
     Args:
-        names, X, covariance: base parameters, their values (p,) and covariance (p, p).
+        model: model of the robot.
+        X, covariance: base parameters (p,) and their covariance (p, p).
         errors: torque errors of least squares and of the nearest possible robot.
-        accept: largest torque error of a usable model.
+        accept: largest torque error of a usable model. It counts if no friction is declared.
     """
     free, bounded = errors
-    limit = max(accept, VARIES * free)
-    friction = [k for k, name in enumerate(names) if name.rstrip("0123456789") in FRICTION]
-    sure = X[friction] / np.sqrt(covariance[friction, friction])
-    brakes, drives = np.sum(sure > BEYOND), np.sum(sure < -BEYOND)
-    if bounded <= limit or brakes > drives:
+    drives = _driven_by_friction(model.base.names, X, covariance)
+    limit = max(accept, VARIES * free) if drives is None else largest_error(free)
+    if bounded <= limit or drives == []:
         return []
+    robot = model.robot
+    places = [k for k, joint in enumerate(robot.movable) if joint.number in (drives or ())]
+    of = f" of {robot.listed(places)}" if 0 < len(places) < robot.n else ""
     text = (
         f"no possible robot moves like this: the nearest one has {percent(bounded)} torque error; "
-        "check the signs of torques and positions, and that time increases"
+        f"check the signs of torques and positions{of}, and that time increases"
     )
-    return [Reason("no_robot", value=bounded, limit=limit, text=text)]
+    return [Reason("no_robot", tuple(drives or ()), bounded, limit, text)]
+
+
+def _driven_by_friction(
+    names: Sequence[str], X: FloatArray, covariance: FloatArray
+) -> list[int] | None:
+    """Return the numbers of joints whose friction surely drives; None if no friction is declared.
+
+    Some of its coefficients are negative by more than BEYOND standard deviations, and none is
+    positive by as much.
+    """
+    declared: dict[int, list[bool]] = {}
+    for name, x, variance in zip(names, X, np.diag(covariance), strict=True):
+        kind = name.rstrip("0123456789")
+        if kind in FRICTION:
+            signs = declared.setdefault(int(name.removeprefix(kind)), [])
+            if x**2 > BEYOND**2 * variance:
+                signs.append(x > 0)
+    if not declared:
+        return None
+    return [joint for joint, signs in declared.items() if signs and not any(signs)]
 
 
 def held_out_errors(
