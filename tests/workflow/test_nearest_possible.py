@@ -105,7 +105,7 @@ def test_a_file_that_predicts_worse_than_the_estimate_is_said(driven, command) -
     urdf, test, into = driven / "one.urdf", driven / "test.csv", driven / "result"
     code, out, err = command("identify", urdf, driven / "train.csv", "--validation", test,
                              "--model", "momentum", "--into", into)  # fmt: skip
-    assert code == 1, err  # no possible robot moves like this
+    assert code == 0, err  # friction that falls with speed still brakes
     assert not (into / "one.urdf").exists()
     assert "no URDF" in out
     estimate = symgen.read_estimate(into)
