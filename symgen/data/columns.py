@@ -22,7 +22,7 @@ IMPORT = "symgen import FILE "
 _WORDS = {
     "q": {"q", "pos", "position", "positions", "angle"},
     "qd": {"qd", "dq", "vel", "velocity", "velocities", "speed"},
-    "tau": {"tau", "torque", "torques", "effort", "efforts", "eff"},
+    "tau": {"tau", "torque", "torques", "trq", "effort", "efforts", "eff"},
     "i": {"i", "current", "currents"},
 }
 _SECONDS = {"s", "sec", "secs", "seconds", "header"}
@@ -32,7 +32,8 @@ _COMMANDS = set(
 )
 # words of foreign units inside a name
 _FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())
-_TOKEN = re.compile(r"[A-Za-z]+|[0-9]+")
+#: Words of a name, also inside MotorTorque.
+_TOKEN = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+")
 #: Position of a joint in the robot -> column, for one pattern.
 Pattern = dict[int, str]
 

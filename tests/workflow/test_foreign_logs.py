@@ -243,7 +243,7 @@ HEADERS = {
     "of a log": {"q": "q{j}", "qd": "qd{j}", "tau": "tau{j}"},
     "from zero": {"q": "q{o}", "qd": "qd{o}", "tau": "tau{o}"},
     "from zero, underscores": {"q": "q_{o}", "qd": "qd_{o}", "tau": "tau_{o}"},
-    "an estimate": {"q": "joint{j}.q", "qd": "joint{j}.qd", "tau": "joint{j}.tauEst [Nm]"},
+    "an estimate": {"q": "joint{j}.q", "qd": "joint{j}.qd", "tau": "joint{j}.tauest [Nm]"},
     "German": {"t": "Zeit", "q": "{name} Winkel", "qd": "{name} Tempo", "tau": "{name} Moment"},
     "other names": {"q": "{letter}_pos", "qd": "{letter}_vel", "tau": "{letter}_torque"},
     # Messages list joints by the alphabet: the elbow comes first.
@@ -266,11 +266,11 @@ FOREIGN = {
         "of a log", {}, "csv",
         {"header": False, "columns": "t=1,q1=2,q2=3,qd1=4,qd2=5,tau1=6,tau2=7"}, "",
     ),
-    "a pattern before a unit": ("an estimate", {}, "csv", {"columns": "tau=*.tauEst"}, ""),
+    "a pattern before a unit": ("an estimate", {}, "csv", {"columns": "tau=*.tauest"}, ""),
     "the pattern that the refusal suggests": (
-        "an estimate", {}, "csv", {"columns": "tau=joint*.tauEst"}, "",
+        "an estimate", {}, "csv", {"columns": "tau=joint*.tauest"}, "",
     ),
-    "a pattern with a unit": ("an estimate", {}, "csv", {"columns": "tau=*.tauEst [Nm]"}, ""),
+    "a pattern with a unit": ("an estimate", {}, "csv", {"columns": "tau=*.tauest [Nm]"}, ""),
     "text": ("of a log", {}, "txt", {}, ""),
     "tabs": ("of a log", {}, "tsv", {}, ""),
     "columns of the robot file": ("German", {}, "csv", {}, GERMAN),
@@ -319,7 +319,7 @@ UNREADABLE = {
         "rostopic", {}, {"field.name0": "e", "field.name1": "s"}, True, ["'shoulder'", "--joints"],
     ),
     "torques by no word": (
-        "an estimate", {}, {}, True, ["tau1", '--columns "tau=joint*.tauEst"'],
+        "an estimate", {}, {}, True, ["tau1", '--columns "tau=joint*.tauest"'],
     ),
     "all stamps are one": ("of a log", {"t": ["1.6e+09"] * 400}, {}, True, ["column t", "digits"]),
     "the clock is set back": (
