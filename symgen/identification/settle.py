@@ -111,7 +111,7 @@ def like_no_robot(
         model: model of the robot.
         X, covariance: base parameters (p,) and their covariance (p, p).
         errors: torque errors of least squares and of the nearest possible robot.
-        accept: largest torque error of a usable model. It counts if no friction is declared.
+        accept: largest torque error of a usable model. It is the limit if no friction is certain.
     """
     free, bounded = errors
     drives = _driven_by_friction(model.base.names, X, covariance)
@@ -131,21 +131,19 @@ def like_no_robot(
 def _driven_by_friction(
     names: Sequence[str], X: FloatArray, covariance: FloatArray
 ) -> list[int] | None:
-    """Return the numbers of joints whose friction surely drives; None if no friction is declared.
+    """Return the numbers of joints whose friction surely drives; None if no friction is certain.
 
-    Some of its coefficients are negative by more than BEYOND standard deviations, and none is
-    positive by as much.
+    A coefficient is certain if it differs from zero by more than BEYOND standard deviations. All
+    certain coefficients of the joint are negative.
     """
-    declared: dict[int, list[bool]] = {}
+    certain: dict[int, list[bool]] = {}
     for name, x, variance in zip(names, X, np.diag(covariance), strict=True):
         kind = name.rstrip("0123456789")
-        if kind in FRICTION:
-            signs = declared.setdefault(int(name.removeprefix(kind)), [])
-            if x**2 > BEYOND**2 * variance:
-                signs.append(x > 0)
-    if not declared:
+        if kind in FRICTION and x**2 > BEYOND**2 * variance:
+            certain.setdefault(int(name.removeprefix(kind)), []).append(x > 0)
+    if not certain:
         return None
-    return [joint for joint, signs in declared.items() if signs and not any(signs)]
+    return [joint for joint, signs in certain.items() if not any(signs)]
 
 
 def held_out_errors(
