@@ -229,7 +229,7 @@ def _units_of_joints(role: str, columns: Sequence[str], wanted: Wanted) -> list[
         unit = unit_of(text or _SI[quantity], quantity)
         if unit is None:
             what = f"column {column!r}: {text!r} is no unit of {quantity}"
-            refuse(what, f"{_accepted(quantity)}, or --unit {role}=UNIT")
+            refuse(what, f"{_accepted(quantity)}, or --unit {role}={_SI[quantity]}")
         out.append((unit, "the header"))
     return out
 
