@@ -33,6 +33,11 @@ def _opposite(_context: Any, _option: Any, given: bool) -> bool:
     return not given
 
 
+def _joined(_context: Any, _option: Any, values: tuple[str, ...]) -> str:
+    """Join the values of an option that may be repeated."""
+    return ",".join(values)
+
+
 def one_of(words: Sequence[str], text: str = "") -> dict[str, Any]:
     """Return completion and help of an option that takes one of these words.
 
@@ -144,8 +149,8 @@ def into(marker: str, **options: Any) -> Command:
 _READING = (
     click.option(
         "--columns",
-        default="",
-        show_default=False,
+        multiple=True,
+        callback=_joined,
         help="Column names of the file: t=time,q1=..; default: [log] columns of the robot.",
     ),
     click.option("--joints", help="Joint names in the file, in the order of the robot: a,b,.."),

@@ -57,9 +57,7 @@ def another_number(joints: int, n: int, names: Sequence[str] = ()) -> tuple[str,
 def how_to_hold(joints: Sequence[str]) -> str:
     """Return how to hold joints without columns still."""
     command = fixing(map(plain, joints))
-    return (
-        f"joints without columns held still: sigma = 2 in robot.toml, or for URDF, MJCF {command}"
-    )
+    return f"joints without columns held still: sigma = 2 in robot.toml; URDF or MJCF: {command}"
 
 
 def fixing(joints: Iterable[str]) -> str:

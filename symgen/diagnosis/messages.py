@@ -48,7 +48,7 @@ def summary(diagnosis: Diagnosis) -> str:
     recorded = sum(e.name in priors() and priors()[e.name].side == RECORDER for e in adopted)
     named = f": {_counted(recorded)} of the measuring chain" if recorded else ""
     return {
-        "consistent": "The model explains these logs: no effect that matters is probable. The "
+        "consistent": "The model explains these logs, and no effect is adopted. The "
         f"torque error is {before} (noise floor: {noise}).",
         "explained": f"The model lacks {effects}. {gap}",
         "partly-explained": f"The model lacks {effects}, and a part of the torque is unexplained. "

@@ -360,8 +360,12 @@ def base_values(
     for name in () if partial else np.array(base.names)[np.isnan(X)]:
         row = G[base.names.index(name)]
         missing = [n for n, g in zip(standard, row, strict=True) if g and n not in named]
+        regrouped = (
+            "" if missing == [name] else f", and {', '.join(missing[:5])} to regroup it from"
+        )
         raise ParameterError(
-            f"{where}: {name} is missing, and {', '.join(missing[:5])} to regroup it from"
+            f"{where}: {name} is missing{regrouped}; accepted: all parameters of {model.robot.name}, "
+            "as symgen identify finds them with this robot file"
         )
     return X
 
