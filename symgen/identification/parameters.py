@@ -364,8 +364,8 @@ def base_values(
             "" if missing == [name] else f", and {', '.join(missing[:5])} to regroup it from"
         )
         raise ParameterError(
-            f"{where}: {name} is missing{regrouped}; accepted: all parameters of {model.robot.name}, "
-            "as symgen identify finds them with this robot file"
+            f"{where}: {name} is missing{regrouped}; accepted: all parameters of "
+            f"{model.robot.name}, as symgen identify finds them with this robot file"
         )
     return X
 
