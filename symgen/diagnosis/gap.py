@@ -115,7 +115,7 @@ def places(
     before, floor = gaps.moving.before, gaps.moving.noise_floor
     size = np.sum([np.sum(c.measured**2, axis=0) for c in gaps.curves], axis=0)
     excess = np.square(before.per_joint) - np.nan_to_num(np.square(floor.per_joint))
-    excess = np.maximum(excess, 0.0) * size / size_of_kind(size, robot.prismatic)
+    excess = np.maximum(excess, 0.0) * size / size_of_kind(size, robot.sigma)
     out = []
     for j in np.argsort(-excess):
         if excess[j] <= 0:

@@ -23,6 +23,7 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations, torque_at
 from symgen.estimation.values import FloatArray, Residual, Trace
+from symgen.names import PRISMATIC, REVOLUTE
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -41,14 +42,14 @@ class TorqueFit:
         size: (n,) sum of the squares of the measured one.
         traces: both torques, log by log.
         rest: (2, n) the parts of error and size from joints at rest.
-        prismatic: (n,) whether each joint is prismatic; empty for a fit that is added to another.
+        sigma: (n,) types of the joints; empty for a fit that is added to another.
     """
 
     error: FloatArray
     size: FloatArray
     traces: tuple[Trace, ...]
     rest: FloatArray
-    prismatic: tuple[bool, ...] = ()
+    sigma: tuple[int, ...] = ()
 
     def __add__(self, other: TorqueFit) -> TorqueFit:
         return TorqueFit(
@@ -56,14 +57,14 @@ class TorqueFit:
             self.size + other.size,
             self.traces + other.traces,
             self.rest + other.rest,
-            self.prismatic,
+            self.sigma,
         )
 
     @classmethod
     def none(cls, robot: Robot) -> TorqueFit:
         """Return an empty fit for the joints of a robot."""
         n = robot.n
-        return cls(np.zeros(n), np.zeros(n), (), np.zeros((2, n)), robot.prismatic)
+        return cls(np.zeros(n), np.zeros(n), (), np.zeros((2, n)), robot.sigma)
 
     @property
     def in_motion(self) -> TorqueFit:
@@ -73,12 +74,12 @@ class TorqueFit:
         error, size = self.error - self.rest[0], self.size - self.rest[1]
         if not size.any():
             return self
-        return TorqueFit(error, size, (), np.zeros_like(self.rest), self.prismatic)
+        return TorqueFit(error, size, (), np.zeros_like(self.rest), self.sigma)
 
     @property
     def residual(self) -> Residual:
         """The relative residual, total and of each joint, see `relative_error`."""
-        return relative_error(self.error, self.size, self.prismatic)
+        return relative_error(self.error, self.size, self.sigma)
 
     @property
     def motion_note(self) -> tuple[str, ...]:
@@ -87,7 +88,7 @@ class TorqueFit:
             return ()
         moving, still = (
             self.in_motion.residual.relative,
-            relative_error(self.rest[0], self.rest[1], self.prismatic).relative,
+            relative_error(self.rest[0], self.rest[1], self.sigma).relative,
         )
         return (
             f"the torque error is {percent(moving)} for joints in motion and "
@@ -124,7 +125,7 @@ def largest(
 def relative_error(
     error: FloatArray,
     size: FloatArray,
-    prismatic: Sequence[bool] = (),
+    sigma: Sequence[int] = (),
     *,
     by_joint: bool = True,
 ) -> Residual:
@@ -134,27 +135,27 @@ def relative_error(
 
     Args:
         error, size: (m,) sums of squares.
-        prismatic: (m,) whether each joint is prismatic; the total is the larger of the errors of
-            both kinds. Empty if all sums have one unit.
+        sigma: (m,) types of the joints; the total is the larger of the errors of both types. Empty
+            if all sums have one unit.
         by_joint: whether there is one sum for each joint.
     """
-    kind_size = size_of_kind(size, prismatic)
+    kind_size = size_of_kind(size, sigma)
     parts = error / kind_size
-    slides = np.array(prismatic or [False] * len(size))
+    slides = np.array(sigma or [REVOLUTE] * len(size)) == PRISMATIC
     # np.max keeps NaN, which is an unknown noise floor.
     total = math.sqrt(float(np.max([parts[slides].sum(), parts[~slides].sum()])))
     each = np.sqrt(error / np.where(size > 0, size, kind_size))
     return Residual(total, tuple(map(float, each)) if by_joint else None)
 
 
-def size_of_kind(size: FloatArray, prismatic: Sequence[bool] = ()) -> FloatArray:
+def size_of_kind(size: FloatArray, sigma: Sequence[int] = ()) -> FloatArray:
     """Return for each joint the sum of the sizes of all joints of its kind, (m,).
 
     Args:
         size: (m,) sums of squares of the torque.
-        prismatic: (m,) whether each joint is prismatic; empty if all have one unit.
+        sigma: (m,) types of the joints; empty if all have one unit.
     """
-    slides = np.array(prismatic or [False] * len(size))
+    slides = np.array(sigma or [REVOLUTE] * len(size)) == PRISMATIC
     sums = np.where(slides, size[slides].sum(), size[~slides].sum())
     return np.asarray(np.maximum(sums, 1e-300))
 

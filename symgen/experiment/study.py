@@ -343,6 +343,6 @@ def _result(
     tau, error = evaluator.inverse_dynamics(*motion, X), np.zeros(held_out.q.shape[1])
     for x in estimates:
         error += np.sum((evaluator.inverse_dynamics(*motion, x) - tau) ** 2, axis=0) / len(solved)
-    total = relative_error(error, np.sum(tau**2, axis=0), evaluator.model.robot.prismatic)
+    total = relative_error(error, np.sum(tau**2, axis=0), evaluator.model.robot.sigma)
     per_joint = total.per_joint or ()
     return StudiedMethod(model, method, band, failed, parameters, total.relative, per_joint)

@@ -98,8 +98,8 @@ def _largest_fold_error(stage: Stage) -> float:
     score = stage.score
     counts = np.maximum(score.counts, 1.0)
     error, size = score.alone.squares / counts, stage.problem.base.size**2
-    prismatic = stage.problem.robot.prismatic
-    return max(relative_error(part, size, prismatic).relative for part in error.T)
+    sigma = stage.problem.robot.sigma
+    return max(relative_error(part, size, sigma).relative for part in error.T)
 
 
 def reason_of(w: Weighed, result: SearchResult) -> Reason:

@@ -144,7 +144,7 @@ def _weigh(result: SearchResult, items: Sequence[Item], least: float) -> list[We
             out.append(_on_training(item))
             continue
         after, before = (
-            relative_error(*sums, result.problem.robot.prismatic)
+            relative_error(*sums, result.problem.robot.sigma)
             for sums in ((squares, size), (without, size_without))
         )
         now, was = np.array(after.per_joint), np.array(before.per_joint)

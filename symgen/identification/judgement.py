@@ -303,7 +303,7 @@ def uncertain_torque(
     variance = np.maximum(np.einsum("kja,ab,kjb->j", W, C, W) / len(W), 0.0)
     variance[evaluator.model.robot.passive] = 0.0
     tau = np.concatenate([log.measured for log in logs])
-    return relative_error(variance, np.mean(tau**2, axis=0), evaluator.model.robot.prismatic)
+    return relative_error(variance, np.mean(tau**2, axis=0), evaluator.model.robot.sigma)
 
 
 def scale_unknown(run: Run) -> bool:

@@ -167,8 +167,8 @@ def held_out_errors(
         near = nearest_possible(model, X, covariance).X
         free += torques.errors(fold, X)
         bounded += torques.errors(fold, near)
-    prismatic = model.robot.prismatic
-    return relative_error(free, size, prismatic), relative_error(bounded, size, prismatic)
+    sigma = model.robot.sigma
+    return relative_error(free, size, sigma), relative_error(bounded, size, sigma)
 
 
 def _not_possible(near: Possible) -> Reason:

@@ -267,11 +267,6 @@ class Robot:
         return [k for k, joint in enumerate(self.movable) if not joint.actuated]
 
     @property
-    def prismatic(self) -> tuple[bool, ...]:
-        """Whether each joint with its own variable is prismatic, (n,)."""
-        return tuple(joint.sigma == names.PRISMATIC for joint in self.movable)
-
-    @property
     def gravity_input(self) -> bool:
         """Whether gravity is an argument of the kernels, for tilted mountings."""
         return self.gravity == GRAVITY_INPUT
