@@ -93,15 +93,23 @@ def main() -> None:
         click.echo("symgen: interrupted", err=True)
         code = 130
     except BrokenPipeError:  # the reader closed the pipe
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_output()
         code = 0
     except OSError as error:
         if debug:
             traceback.print_exc()
         code = _fail(f"{error.filename or 'output'}: {error.strerror or error}")
+        if error.filename is None:  # Python would write the rest of the output again at its end
+            _discard_output()
     except MemoryError:
         code = _fail("out of memory; use shorter logs")
     sys.exit(code)
+
+
+def _discard_output() -> None:
+    """Send the rest of the output nowhere."""
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _run(arguments: list[str]) -> int:

@@ -274,7 +274,7 @@ def test_without_a_compiler_casadi_serves_and_says_so_once(log, tmp_path, compil
 def test_an_output_that_is_closed_or_full_gives_no_traceback(tmp_path, redirect, codes):
     start = f"{sys.executable} -c 'from symgen.cli import main; main()' robots"
     done = subprocess.run(
-        ["bash", "-c", f"{start} {redirect}; echo ${{PIPESTATUS[0]}}"],
+        ["bash", "-c", f"unset PYTHONUNBUFFERED; {start} {redirect}; echo ${{PIPESTATUS[0]}}"],
         capture_output=True, text=True, timeout=30, cwd=tmp_path,
     )  # fmt: skip
     assert "Traceback" not in done.stderr
