@@ -141,11 +141,16 @@ def relative_error(
     """
     kind_size = size_of_kind(size, sigma)
     parts = error / kind_size
-    slides = np.array(sigma or [REVOLUTE] * len(size)) == PRISMATIC
+    slides = _slides(sigma, len(size))
     # np.max keeps NaN, which is an unknown noise floor.
     total = math.sqrt(float(np.max([parts[slides].sum(), parts[~slides].sum()])))
     each = np.sqrt(error / np.where(size > 0, size, kind_size))
     return Residual(total, tuple(map(float, each)) if by_joint else None)
+
+
+def _slides(sigma: Sequence[int], count: int) -> Bools:
+    """Return which joints are prismatic, (count,); none if `sigma` is empty."""
+    return np.asarray(np.array(sigma or [REVOLUTE] * count) == PRISMATIC)
 
 
 def size_of_kind(size: FloatArray, sigma: Sequence[int] = ()) -> FloatArray:
@@ -155,7 +160,7 @@ def size_of_kind(size: FloatArray, sigma: Sequence[int] = ()) -> FloatArray:
         size: (m,) sums of squares of the torque.
         sigma: (m,) types of the joints; empty if all have one unit.
     """
-    slides = np.array(sigma or [REVOLUTE] * len(size)) == PRISMATIC
+    slides = _slides(sigma, len(size))
     sums = np.where(slides, size[slides].sum(), size[~slides].sum())
     return np.asarray(np.maximum(sums, 1e-300))
 

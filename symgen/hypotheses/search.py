@@ -127,8 +127,8 @@ def _with_validation_contacts(result: SearchResult, least: float) -> SearchResul
         joined = joined.without([contact])
         held = joined.logs[: len(held)]
     after = joined.stage(effects).score.alone.variance
-    left = np.sqrt(after / np.maximum(before, TINY))
-    shown = (c for c in contacts if left[list(c.joints)].min() <= SHOWN)
+    remaining = np.sqrt(after / np.maximum(before, TINY))
+    shown = (c for c in contacts if remaining[list(c.joints)].min() <= SHOWN)
     return result.with_items((*result.items, *shown))
 
 

@@ -70,7 +70,7 @@ def prediction_use(
         if not reasons:
             text += f"; {_SEARCH}"
         reasons.append(Reason("error", value=error, limit=accept, text=text))
-    if fold > VARIES * error and fold**2 - error**2 > least**2:
+    if _much_larger(fold, error, least):
         text = (
             f"the error depends on the motion: {percent(fold)} on another part of the motion that "
             f"the fit did not use; {_SEARCH}"
@@ -153,13 +153,18 @@ def suspicions(
     return reasons
 
 
+def _much_larger(error: float, other: float, least: float) -> bool:
+    """Return whether an error is VARIES times another one, and explains `least` of the torque."""
+    return error > VARIES * other and error**2 - other**2 > least**2
+
+
 def changed_state(train: float, held: float) -> list[Reason]:
     """Return a reason if the torque error on the validation logs is much larger than on training.
 
     Args:
         train, held: torque errors of joints in motion on the training and on the validation logs.
     """
-    if held <= VARIES * train or held**2 - train**2 <= LEAST**2:
+    if not _much_larger(held, train, LEAST):
         return []
     text = (
         f"the torque error is {percent(train)} on the training logs and {percent(held)} on the "

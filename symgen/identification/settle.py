@@ -26,7 +26,7 @@ from symgen.policy import BEYOND, LEAST, POSSIBLE, VARIES
 from symgen.robot.types import Robot
 
 #: Prefixes of friction parameters that are positive for every robot.
-FRICTION = ("FS", "FV", "FSM", "FVM")
+_FRICTION = ("FS", "FV", "FSM", "FVM")
 #: Kind of the reason that the nearest possible robot predicts worse than least squares.
 EFFECT_MISSING = "effect_missing"
 _DIAGNOSE = "an effect is missing from the model: symgen diagnose searches for it"
@@ -128,6 +128,12 @@ def like_no_robot(
     return [Reason("no_robot", tuple(drives or ()), bounded, limit, text)]
 
 
+def joint_of_friction(name: str) -> int | None:
+    """Return the joint of a friction parameter that is never negative; None for other names."""
+    kind = name.rstrip("0123456789")
+    return int(name.removeprefix(kind)) if kind in _FRICTION else None
+
+
 def _driven_by_friction(
     names: Sequence[str], X: FloatArray, covariance: FloatArray
 ) -> list[int] | None:
@@ -138,9 +144,9 @@ def _driven_by_friction(
     """
     certain: dict[int, list[bool]] = {}
     for name, x, variance in zip(names, X, np.diag(covariance), strict=True):
-        kind = name.rstrip("0123456789")
-        if kind in FRICTION and x**2 > BEYOND**2 * variance:
-            certain.setdefault(int(name.removeprefix(kind)), []).append(x > 0)
+        joint = joint_of_friction(name)
+        if joint is not None and x**2 > BEYOND**2 * variance:
+            certain.setdefault(joint, []).append(x > 0)
     if not certain:
         return None
     return [joint for joint, signs in certain.items() if not any(signs)]

@@ -21,7 +21,7 @@ from symgen.estimation.torque_error import percent
 from symgen.estimation.values import SEED, FloatArray, Reason
 from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.parameters import mass_matrices
-from symgen.identification.settle import FRICTION
+from symgen.identification.settle import joint_of_friction
 from symgen.identification.uses import SimulationUse
 from symgen.policy import NEARER, SIMULATES
 from symgen.runtime.evaluator import Evaluator
@@ -120,9 +120,8 @@ def _friction_reasons(parameters: Sequence[ParameterEstimate]) -> list[Reason]:
     """Return a reason for each negative coefficient of friction."""
     reasons = []
     for p in parameters:
-        kind = p.name.rstrip("0123456789")
-        if kind in FRICTION and p.value < 0:
-            joint = int(p.name.removeprefix(kind))
+        joint = joint_of_friction(p.name)
+        if joint is not None and p.value < 0:
             text = f"{p.name} is negative: friction would drive the joint"
             reasons.append(Reason("negative_friction", (joint,), p.value, 0.0, text))
     return reasons

@@ -16,7 +16,7 @@ from support import PROJECT
 from support_commands import in_terminal
 
 from symgen.cli import options, progress
-from symgen.codegen import package
+from symgen.codegen import c_printer, package
 from symgen.estimation.equation_model import NEEDED
 from symgen.experiment import plan
 from symgen.identification import solving
@@ -58,6 +58,7 @@ def test_options_offer_the_words_of_the_tables() -> None:
         options.MODELS: NEEDED,
         options.METHODS: solving.ALL_METHODS,
         options.TARGETS: (*package.TARGETS, "all"),
+        options.DTYPES: c_printer.DTYPES,
         options.FORMATS: plan.FORMATS,
     }
     for offered, accepted in tables.items():
