@@ -39,6 +39,13 @@ POSSIBLE = 0.10
 SHOWN = 0.5
 #: Largest torque gap after a diagnosis that counts as "explained".
 EXPLAINED = 0.15
+#: RMS torque of a log, relative to that of the file's masses at rest and to the torque limits,
+#: above which the unit is in doubt. Robots stay below a few times the one, or below the other; mA
+#: and mN m are wrong by 1000.
+SCALE = 20.0
+#: Smallest torque at rest, N m or N, that counts for this: 10 g at 1 m. Smaller ones come from
+#: masses that nobody filled in, and from rounded angles.
+HEAVY = 0.1
 #: Log-odds above which one of two explanations is certain: nine to one.
 SURE = math.log(9.0)
 #: Torque error of a joint above which the motion itself is in doubt. Wrong signs, exchanged joints,

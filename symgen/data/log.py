@@ -37,7 +37,7 @@ from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
 from symgen.data.stretch import GAP
 from symgen.data.tables import SUFFIXES, TEXTS, open_table, read_all
-from symgen.data.units import Converted
+from symgen.data.units import Converted, converted
 from symgen.errors import located, plain
 from symgen.names import PRISMATIC
 
@@ -115,11 +115,12 @@ def read_log(
             if not path.exists():
                 refuse("there is no such file", _FILES)
             if is_bag(path):
-                if reading.unit or reading.time_unit:
-                    refuse("--unit and --time-unit: messages are in rad and s", "CSV, Parquet, NPZ")
+                if reading.time_unit or roles_with_unit(reading) - {"tau", "i"}:
+                    what = "--unit and --time-unit: positions, speeds and stamps of messages are "
+                    refuse(f"{what}in rad, rad/s and s", "--unit of tau or i")
                 fields = {ours: theirs for ours, theirs in mapping.items() if theirs in FIELDS}
                 with_fields = replace(reading, columns=reading.pairs or fields)
-                raw = read_bag(path, with_fields, names, wanted.currents)
+                raw = converted(read_bag(path, with_fields, names, wanted.currents), wanted)
             elif path.suffix.lower() not in (*SUFFIXES, *TEXTS):
                 how = _CONVERTED.get(path.suffix.lower(), _FILES)
                 refuse(f"the extension {path.suffix!r} is not known", how)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -62,6 +62,7 @@ torque mNm  1e-3  mnm mn.m mn*m mn·m nmm n.mm
 torque kNm  1e3   knm kn.m kn*m
 torque Ncm  1e-2  ncm n.cm
 force N     1     n
+force mN    1e-3  mn
 force kN    1e3   kn
 current A   1     a amp amps ampere
 current mA  1e-3  ma
@@ -77,7 +78,7 @@ for _line in _TABLE.strip().splitlines():
     if _quantity == "time":
         _TIME.append(_unit)
 #: Forms that need brackets, because they could also be letters or words of a name.
-_BRACKETED = set("m n a ° °/s turn turns rev revs meter meters kn".split())
+_BRACKETED = set("m n a ° °/s turn turns rev revs meter meters kn mn".split())
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\[\](){}<>]*?)\s*[\])>}]\s*()")
 _BARE = "|".join(map(re.escape, sorted(set(_WRITTEN) - _BRACKETED)))
 _SUFFIX = re.compile(rf"(.*?[a-z0-9*])[\s_.-]+({_BARE})([\s_]*[0-9]+)?", re.IGNORECASE)
@@ -210,6 +211,13 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
                 done = f"converted to {_SI[unit.quantity]}"
                 conversions.append((", ".join(alike), f"in {unit.name} by {source}", done))
     return Units(tuple(sizes), time.ticks, time.origin, tuple(conversions))
+
+
+def converted(raw: Raw, wanted: Wanted) -> Raw:
+    """Return the complete content of a file in SI units; its times are in s."""
+    units = units_of(raw, wanted)
+    arrays = {role: units.si(role, x) for role, x in raw.arrays.items()}
+    return replace(raw, arrays=arrays, converted=units.conversions)
 
 
 def _units_of_joints(role: str, columns: Sequence[str], wanted: Wanted) -> list[tuple[Unit, str]]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
 
@@ -65,6 +66,7 @@ from symgen.identification.parameters import read_known
 from symgen.identification.possible import nearest_possible
 from symgen.identification.segments import sample_logs
 from symgen.identification.settle import EFFECT_MISSING, largest_error, like_no_robot
+from symgen.identification.torque_scale import in_torque_scale
 from symgen.parallel import thread_count
 from symgen.policy import ACCEPT, EXPLAINED, LEAST, MISFIT
 from symgen.robot.effect import definitions
@@ -134,6 +136,8 @@ def diagnose(
         require_motion(opened.train, source)
     progress("deriving and compiling the model")
     evaluator = model_of(replace(source, sought=()))
+    sized = partial(in_torque_scale, file=robot, evaluator=evaluator, reading=reading)
+    opened = replace(opened, train=sized(opened.train), held=sized(opened.held))
     known = None if parameters is None else read_known(parameters, evaluator.model)
     band = known.band if known is not None else None
     band = band or choose_band(evaluator, opened.train, cutoff, threads=thread_count())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from symgen.data.raw import Reading
 from symgen.estimation.band import Band
@@ -15,6 +16,7 @@ from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs
 from symgen.faults.undo import with_known_shifts
+from symgen.identification.torque_scale import in_torque_scale
 from symgen.parallel import Say, silent
 from symgen.runtime.evaluator import Evaluator
 
@@ -38,6 +40,7 @@ class LogsInBand:
 
 def open_in_band(
     evaluator: Evaluator,
+    file: Any,
     sources: Sequence[Source],
     reading: Reading | None = None,
     *,
@@ -51,6 +54,7 @@ def open_in_band(
 
     Args:
         evaluator: the compiled model.
+        file: path of the robot file, for its masses.
         sources: paths or logs.
         reading: options of reading and masking.
         band: filters of the run that estimated the parameters; by default, symgen chooses them.
@@ -64,6 +68,7 @@ def open_in_band(
         LogError: symgen cannot read a log, or it belongs to another robot.
     """
     (opened,), repairs = open_logs((sources,), evaluator.model.robot, reading, progress)
+    opened = in_torque_scale(opened, file, evaluator, reading)
     samples, _, more = join_bands(opened, (), None if band is None else band.comparison_hz)
     chosen = band or choose_band(evaluator, samples, cutoff)
     if cutoff is not None:

@@ -220,6 +220,7 @@ def payload(
     evaluator = load(model)
     opened = open_in_band(
         evaluator,
+        robot,
         [*loaded, *bare],
         reading,
         band=None if in_file is None else in_file.band,

@@ -112,7 +112,14 @@ def predict(
     model = derive(source, (*JUDGING, "energy"))
     known, evaluator = read_known(parameters, model), load(model)
     opened = open_in_band(
-        evaluator, [log], reading, band=known.band, shifts=known.shifts, X=known.X, cutoff=cutoff
+        evaluator,
+        robot,
+        [log],
+        reading,
+        band=known.band,
+        shifts=known.shifts,
+        X=known.X,
+        cutoff=cutoff,
     )
     (filtered,) = opened.logs
     compared = fit(evaluator, [filtered], known.X)
@@ -164,7 +171,9 @@ def torque_errors(
         LogError: symgen cannot read the log, or it belongs to another robot.
     """
     evaluator = load(derive(robot, JUDGING))
-    opened = open_in_band(evaluator, [log], reading, band=band, shifts=shifts, X=parameters[-1])
+    opened = open_in_band(
+        evaluator, robot, [log], reading, band=band, shifts=shifts, X=parameters[-1]
+    )
     return [fit(evaluator, opened.logs, X).in_motion.residual.relative for X in parameters]
 
 

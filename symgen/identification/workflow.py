@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from symgen.codegen.model import derive
@@ -43,6 +44,7 @@ from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.segments import LongLogs, open_long_logs
 from symgen.identification.settle import settle
 from symgen.identification.solving import AUTO, FOLDED, Fit, Method, solve_equations, system_of
+from symgen.identification.torque_scale import in_torque_scale
 from symgen.parallel import Say, silent
 from symgen.policy import ACCEPT, LEAST
 from symgen.robot.toml_io import read_robot
@@ -129,6 +131,8 @@ def identify(
         opened = open_long_logs(source, *about)
     else:
         opened = _open_in_memory(robot, source, (sources, held), models, reading, progress)
+    sized = partial(in_torque_scale, file=robot, evaluator=opened.evaluator, reading=reading)
+    opened = replace(opened, train=sized(opened.train), held=sized(opened.held))
     if options.prior is not None:
         by = replace(by, prior=read_prior(options.prior, opened.evaluator.model))
     own_speeds = by.name == "iv" and not motions

@@ -87,6 +87,13 @@ def test_missing_speeds_are_none_and_so_are_those_that_are_nan_throughout(writte
     assert_holds(read_log(written(states(qd=np.full_like(QD, np.nan))), reading=BY_NAME), None)
 
 
+def test_units_of_efforts_are_converted(written) -> None:
+    log = read_log(written(states()), reading=Reading(joints=NAMES, unit={"tau": "mNm"}))
+    np.testing.assert_allclose(log.tau, 1e-3 * TAU, rtol=1e-15, atol=0)
+    with pytest.raises(LogError, match="--unit of tau or i"):
+        read_log(written(states()), reading=Reading(joints=NAMES, unit={"": "deg"}))
+
+
 @pytest.mark.parametrize("qd", [QD, np.full_like(QD, np.nan)], ids=["speeds", "speeds of NaN"])
 def test_messages_out_of_order_are_sorted_and_repeated_ones_left_out(written, qd):
     messages = states(qd=qd)

@@ -46,7 +46,7 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
 
     armature becomes IA, damping becomes FV, and frictionloss becomes FS. A spring of a joint
     becomes the effect gravity_spring, with an offset if it is not at rest at 0. A fixed tendon
-    between two joints becomes a coupling. Actuators are not read.
+    between two joints becomes a coupling. Of actuators, only the limits of their forces are read.
 
     Args:
         text: the file's text.
@@ -224,8 +224,12 @@ class MjcfTree:
         limit = {}
         if m.jnt_limited[k]:
             limit["lower"], limit["upper"] = map(float, m.jnt_range[k])
-        if m.jnt_actfrclimited[k]:
-            limit["effort"] = float(m.jnt_actfrcrange[k][1])
+        forces = np.abs(m.actuator_forcerange).max(axis=1) * np.abs(m.actuator_gear[:, 0])
+        on = (m.actuator_trntype <= _ON_JOINTS) & (m.actuator_trnid[:, 0] == k)
+        of_actuators = forces[on].sum() if (forces * m.actuator_forcelimited)[on].all() else 0.0
+        of_joint = np.abs(m.jnt_actfrcrange[k]).max() * m.jnt_actfrclimited[k]
+        if efforts := [float(effort) for effort in (of_actuators, of_joint) if effort]:
+            limit["effort"] = min(efforts)
         dof = int(m.jnt_dofadr[k])
         stiffness = float(m.jnt_stiffness[k].flat[0])
         if stiffness and name not in self.mimics:

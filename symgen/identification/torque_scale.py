@@ -1,0 +1,64 @@
+"""Compare the torques of logs with the weight and the torque limits in the robot file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from symgen.data.log import roles_with_unit
+from symgen.data.mask import rms
+from symgen.data.raw import Reading, refuse
+from symgen.data.signals import Samples
+from symgen.estimation.system import torque_at
+from symgen.identification.parameters import values_of_file
+from symgen.policy import HEAVY, SCALE
+from symgen.runtime.evaluator import Evaluator
+
+
+def in_torque_scale(
+    logs: Sequence[Samples], file: Any, evaluator: Evaluator, reading: Reading | None
+) -> list[Samples]:
+    """Refuse logs whose torques are far above everything in the robot file; note others.
+
+    The file states two sizes: the torque of its masses at rest in the poses of the log, and its
+    torque limits. Torques far above the first alone give a note. Revolute and prismatic joints are
+    compared separately, by the RMS over all joints of a type.
+
+    Args:
+        logs: the logs.
+        file: path of the robot file; anything else states no masses.
+        evaluator: the compiled model.
+        reading: units from the user, which are believed.
+
+    Raises:
+        LogError: the torques of a log are far above both.
+    """
+    robot, X = evaluator.model.robot, values_of_file(file, evaluator.model)
+    if X is None or robot.imu:
+        return list(logs)
+    believed = roles_with_unit(reading or Reading()) & {"tau", "i"}
+    stated = (robot.limits and robot.limits.torque) or [np.inf] * robot.n
+    currents = robot.drive is not None and robot.drive.torque_constant is not None
+    role, units = ("i", "AA") if currents else ("tau", ("Nm", "N"))
+    out = []
+    for s in logs:
+        still = np.zeros_like(s.q)
+        sizes = rms(s.tau), rms(torque_at(evaluator, X, s.q, still, still)), np.array(stated)
+        for kind, unit in enumerate(units):
+            joints = np.flatnonzero(np.equal(robot.sigma, kind))
+            torque, weight, limit = (float(np.linalg.norm(x[joints])) for x in sizes)
+            if not torque > SCALE * weight > SCALE * HEAVY:
+                continue
+            what = f"{s.name}: the RMS torque of {robot.listed(joints)} is {torque / weight:.0f} "
+            what += "times that of the masses in the robot file at rest"
+            if torque > SCALE * limit and not believed:
+                columns = [role] if len(joints) == robot.n else [f"{role}{j + 1}" for j in joints]
+                typed = ",".join(f"{column}=m{unit}" for column in columns)
+                how = f"--unit {typed}; --unit {typed.replace('=m', '=')} if the file is wrong"
+                refuse(f"{what}, and {torque / limit:.0f} times the torque limits", how)
+            s = replace(s, notes=(*s.notes, f"{what}: check its unit (--unit) and the masses"))
+        out.append(s)
+    return out
