@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -38,6 +38,11 @@ class LogsInBand:
     notes: tuple[str, ...]
 
 
+def error_of(evaluator: Evaluator, X: FloatArray) -> Callable[[FilteredLog], float]:
+    """Return the torque error in motion of parameters X (p,), as a function of the log."""
+    return lambda log: fit(evaluator, [log], X).in_motion.residual.relative
+
+
 def open_in_band(
     evaluator: Evaluator,
     file: Any,
@@ -46,7 +51,7 @@ def open_in_band(
     *,
     band: Band | None = None,
     shifts: Sequence[Fault] = (),
-    X: FloatArray | None = None,
+    error: Callable[[FilteredLog], float] = lambda _: 0.0,
     cutoff: float | None = None,
     progress: Say = silent,
 ) -> LogsInBand:
@@ -60,7 +65,7 @@ def open_in_band(
         band: filters of the run that estimated the parameters; by default, symgen chooses them.
         shifts: shifts of the torques in that run. A log is shifted only if this lowers its torque
             error, because another recorder may not be late.
-        X: the estimated parameters, (p,); needed with `shifts`.
+        error: the torque error of a log, see `error_of`; needed with `shifts`.
         cutoff: cutoff of the filter of positions and speeds, Hz; by default that of the band.
         progress: called with a text about the current step.
 
@@ -78,13 +83,10 @@ def open_in_band(
     logs = []
     for s in samples:
         log = filter_log(s, chosen)
-        if shifts and X is not None:
+        if shifts:
             shifted, done = with_known_shifts(s, shifts)
             other = filter_log(shifted, chosen)
-            error, error_shifted = (
-                fit(evaluator, [x], X).in_motion.residual.relative for x in (log, other)
-            )
-            if error_shifted < error:
+            if error(other) < error(log):
                 log = other
                 repairs += done
         logs.append(log)

@@ -30,6 +30,7 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import Solution, identifiable_columns
 from symgen.estimation.summary import triangle
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray
 from symgen.identification.load import SMALL, UNITS, Load
 from symgen.identification.parameters import link_columns
@@ -123,6 +124,16 @@ class LoadProblem:
             "load and friction do not converge; accepted: logs with and without the load, of "
             "motions that turn it against gravity"
         )
+
+    def start(self, X: FloatArray) -> LoadFit:
+        """Return the parameters X (p,) of the robot without a load."""
+        return LoadFit(X, np.zeros(self.V.shape[1]))
+
+    def error(self, X: FloatArray) -> float:
+        """Return the torque error in motion of the logs with the load, one step from X (p,)."""
+        at = self.step(self.start(X)).fit
+        torques = fit(self.evaluator, self.logs[0], at.X + self.in_X(at))
+        return torques.in_motion.residual.relative
 
     def around(self, fit: LoadFit) -> LoadProblem:
         """Return the problem with load-dependent effects evaluated at a fit."""

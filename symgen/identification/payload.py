@@ -32,7 +32,7 @@ from symgen.identification.curves import FILE, read_traces
 from symgen.identification.estimate import JointLabel, joints_of
 from symgen.identification.known_band import open_in_band
 from symgen.identification.load import COM, LABELS, Load, read_off
-from symgen.identification.load_problem import LoadFit, LoadProblem, load_problem
+from symgen.identification.load_problem import LoadProblem, load_problem
 from symgen.identification.parameters import KnownParameters, read_known
 from symgen.identification.solving import settle_load
 from symgen.parallel import Say, silent
@@ -218,6 +218,12 @@ def payload(
     model = derive(source, JUDGING)
     in_file = None if parameters is None else read_known(parameters, model)
     evaluator = load(model)
+
+    def error(log: FilteredLog) -> float:
+        assert in_file is not None  # it has the shifts
+        alone = load_problem(evaluator, ([log], []), in_file.X, link, mass, model.inertial)
+        return alone.error(in_file.X)
+
     opened = open_in_band(
         evaluator,
         robot,
@@ -225,7 +231,7 @@ def payload(
         reading,
         band=None if in_file is None else in_file.band,
         shifts=() if in_file is None else in_file.shifts,
-        X=None if in_file is None else in_file.X,
+        error=error,
         cutoff=cutoff,
         progress=progress,
     )
@@ -235,8 +241,7 @@ def payload(
     known = None if bare else in_file  # with logs without the load, X comes from them
     X = _without_load(evaluator, groups[1]) if known is None else known.X
     problem = load_problem(evaluator, groups, X, link, mass, 0 if known is None else model.inertial)
-    start = LoadFit(X, np.zeros(problem.V.shape[1]))
-    solved = problem.solve(start)
+    solved = problem.solve(problem.start(X))
     covariance, notes = solved.solution.covariance, opened.notes
     how = "logs with and without the load, solved together"
     if known is not None:
@@ -253,7 +258,7 @@ def payload(
     body = problem.load(solved.fit, covariance[:r, :r])
     if in_frame is not None:
         body = body.in_frame(in_frame)
-    _require_link(solved.problem, start, link, errors.after)
+    _require_link(solved.problem, X, link, errors.after)
     if mass is None:
         _require_mass(body, source.label(link))
     quantities, more = _quantities(body, mass, (gain or 0.0) / 100)
@@ -264,7 +269,7 @@ def payload(
         mass=body_mass,
         com=(x, y, z),
         inertia=(xx, xy, xz, yy, yz, zz),
-        identifiable=body.determined(),
+        identifiable=tuple(n for n, q in zip(LABELS, quantities, strict=True) if q.std is not None),
         gain_uncertainty_percent=gain,
         residual=errors,
         method=f"weighted least squares of torque: {how}",
@@ -345,27 +350,23 @@ def _frame_on(robot: Robot, name: str, link: int) -> Frame | None:
     return chosen
 
 
-def _require_link(problem: LoadProblem, start: LoadFit, link: int, after: float) -> None:
+def _require_link(problem: LoadProblem, X: FloatArray, link: int, after: float) -> None:
     """Refuse a result if a load on another link fits much better.
 
     Args:
         problem: the solved problem of a load on a link.
-        start: start of its solution.
+        X: (p,) start of its solution.
         link: joint number of the link.
         after: torque error of the result.
 
     Raises:
         IdentificationError: a load on another link has less than half of the error.
     """
-    evaluator, errors = problem.evaluator, {link: after}
-    robot = evaluator.model.robot
+    robot, errors = problem.evaluator.model.robot, {link: after}
     for joint in robot.movable:
         other = problem.on_link(joint.number)
-        if joint.number == link or not other.V.size:
-            continue
-        moved = other.step(replace(start, a=np.zeros(other.V.shape[1]))).fit
-        torques = fit(evaluator, problem.logs[0], moved.X + other.in_X(moved))
-        errors[joint.number] = torques.in_motion.residual.relative
+        if joint.number != link and other.V.size:
+            errors[joint.number] = other.error(X)
     best = min(errors, key=lambda number: errors[number])
     if errors[best] < SHOWN * after:
         raise IdentificationError(
@@ -399,6 +400,9 @@ def _quantities(
 ) -> tuple[list[Quantity], tuple[str, ...]]:
     """Return mass, centre of mass and inertia of the nearest possible load, and notes.
 
+    A moment or product of inertia is determined if its noise is below the largest moment that is
+    beyond its own noise.
+
     Args:
         estimated: the load of the equations.
         mass: known mass, kg; None if unknown.
@@ -417,7 +421,10 @@ def _quantities(
     if mass is not None:
         std[0] = scaled[0] = 0.0
     std = np.hypot(std, gain * scaled * np.abs(values))
+    sure = np.where(values > BEYOND * std, values, 0.0)
+    inertia = sure[-len(names.INERTIA) :].max()  # products are smaller than moments
     out = []
     for name, value, deviation in zip(LABELS, values.tolist(), std.tolist(), strict=True):
-        out.append(Quantity(value, deviation) if name in known else Quantity(None, None))
+        shown = name in known and (name not in names.INERTIA or BEYOND * deviation < inertia)
+        out.append(Quantity(value, deviation) if shown else Quantity(None, None))
     return out, tuple(notes)

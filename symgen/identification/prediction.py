@@ -23,7 +23,7 @@ from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
 from symgen.identification.estimate import JointLabel, joints_of
-from symgen.identification.known_band import open_in_band
+from symgen.identification.known_band import error_of, open_in_band
 from symgen.identification.parameters import read_known
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -118,7 +118,7 @@ def predict(
         reading,
         band=known.band,
         shifts=known.shifts,
-        X=known.X,
+        error=error_of(evaluator, known.X),
         cutoff=cutoff,
     )
     (filtered,) = opened.logs
@@ -172,8 +172,9 @@ def torque_errors(
     """
     evaluator = load(derive(robot, JUDGING))
     opened = open_in_band(
-        evaluator, robot, [log], reading, band=band, shifts=shifts, X=parameters[-1]
-    )
+        evaluator, robot, [log], reading, band=band, shifts=shifts,
+        error=error_of(evaluator, parameters[-1]),
+    )  # fmt: skip
     return [fit(evaluator, opened.logs, X).in_motion.residual.relative for X in parameters]
 
 
