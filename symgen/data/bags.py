@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symgen.data.columns import joints_of_file
-from symgen.data.raw import FloatArray, Raw, Reading, refuse
+from symgen.data.raw import FloatArray, Raw, Reading, Wanted, refuse
 from symgen.errors import LogError
 
 _TYPE = "sensor_msgs/msg/JointState"
@@ -50,7 +50,7 @@ def is_bag(path: Path) -> bool:
     return (path / "metadata.yaml").is_file() if path.is_dir() else path.suffix.lower() in _SUFFIXES
 
 
-def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool) -> Raw:
+def read_bag(path: Path, wanted: Wanted) -> Raw:
     """Read the joint states of an MCAP file or a ROS 2 bag.
 
     t is the stamp in the header, in s from the first message. Messages are sorted by stamp;
@@ -58,23 +58,21 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
 
     Args:
         path: the file or folder.
-        reading: topic, joint names in the messages, and meaning of the fields.
-        names: names of the movable joints of the robot, used if `reading` has none.
-        currents: whether a field may contain currents (reading.columns {"i": "effort"}).
+        wanted: topic, names of the joints, and meaning of the fields ({"i": "effort"}).
 
     Raises:
         LogError: rosbags is missing, the bag is damaged, or its messages do not
             contain the joints of the robot.
     """
-    fields = _fields(reading, currents)
+    fields = _fields(wanted.reading, wanted.currents)
     if find_spec("rosbags") is None:
         refuse("rosbags is not installed", "after pip install 'symgen[ros]'")
-    with _opened(path, reading.topic) as (announced, messages):
+    with _opened(path, wanted.reading.topic) as (announced, messages):
         messages_read = list(messages)
     if not messages_read:
         refuse("has no message of joint states", _ACCEPTED)
     present = list(dict.fromkeys(name for m in messages_read for name in m.names))
-    joints = joints_of_file(reading.joints, names, present)
+    joints = joints_of_file(wanted, present)
     complete = [m for m in messages_read if set(joints) <= set(m.names)]
     if not complete:
         refuse("no message has all joints of the robot", "all joints in one message")
@@ -82,18 +80,18 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
     count = Counter(contents)
     needed = {f for role, f in fields.items() if role != "qd"}
     content = max(count, key=lambda c: (c >= needed, count[c]))
-    wanted = [m for m, its in zip(complete, contents, strict=True) if its == content]
-    unstamped = all(m.stamp == 0 for m in wanted)
+    used = [m for m, its in zip(complete, contents, strict=True) if its == content]
+    unstamped = all(m.stamp == 0 for m in used)
     if unstamped:
-        wanted = [m._replace(stamp=m.received) for m in wanted]
-    late = sum(b.stamp < a.stamp for a, b in pairwise(wanted))
-    wanted.sort(key=lambda m: m.stamp)
-    orders = _orders(wanted, joints)
-    stamps = np.array([m.stamp for m in wanted], dtype=np.int64)
+        used = [m._replace(stamp=m.received) for m in used]
+    late = sum(b.stamp < a.stamp for a, b in pairwise(used))
+    used.sort(key=lambda m: m.stamp)
+    orders = _orders(used, joints)
+    stamps = np.array([m.stamp for m in used], dtype=np.int64)
     arrays: dict[str, FloatArray] = {}
     for role, field in fields.items():
         if field in content:
-            pairs = zip(wanted, orders, strict=True)
+            pairs = zip(used, orders, strict=True)
             arrays[role] = np.array([_row(m, field, order) for m, order in pairs])
             # ros2_control writes NaN for quantities without a sensor.
             if np.isnan(arrays[role]).all():
@@ -107,7 +105,7 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         refuse("the messages have no position", "q in every message")
     if "tau" not in arrays and "i" not in arrays:
         refuse(f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
-    read, other, twice = len(messages_read), len(messages_read) - len(wanted), int(again.sum())
+    read, other, twice = len(messages_read), len(messages_read) - len(used), int(again.sum())
     notes = (
         (announced - read, f"{read} of the {announced} messages can be read"),
         (other, f"{other} messages of other joints, or with other fields, left out"),
@@ -115,7 +113,7 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         (late, f"{late} messages came out of order and were sorted by stamp"),
         (twice, f"{twice} repeated messages left out"),
     )
-    ignored = tuple(dict.fromkeys(name for m in wanted for name in m.names if name not in joints))
+    ignored = tuple(dict.fromkeys(name for m in used for name in m.names if name not in joints))
     lines = tuple(f"{path.name}: {note}" for count, note in notes if count > 0)
     arrays = {"t": (stamps - stamps[0]) * 1e-9, **arrays}
     return Raw({role: x[~again] for role, x in arrays.items()}, ignored, lines)

@@ -38,25 +38,29 @@ _TOKEN = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+")
 Pattern = dict[int, str]
 
 
-def another_number(joints: int, n: int, names: Sequence[str] = ()) -> tuple[str, str]:
+def another_number(joints: int, wanted: Wanted) -> tuple[str, str]:
     """Return error text and accepted input for a log with the wrong number of joints.
 
     Args:
         joints: number of joints in the log.
-        n: number of movable joints of the robot.
-        names: names of the movable joints, in order.
+        wanted: the robot.
     """
     count = f"{joints} joint{'s' if joints > 1 else ''}"
-    what, accepted = f"the log has {count}, the robot has {n}", "one q and tau per movable joint"
-    beyond = [plain(name) for name in names[joints:]]
+    what, accepted = (
+        f"the log has {count}, the robot has {wanted.n}",
+        "one q and tau per movable joint",
+    )
+    beyond = [plain(name) for name in wanted.joints[joints:]]
     if not beyond or not all(beyond):
         return what, accepted
-    return f"{what}: no column for {', '.join(beyond)}", f"{accepted}, or {how_to_hold(beyond)}"
+    how = how_to_hold(beyond, wanted)
+    return f"{what}: no column for {', '.join(beyond)}", f"{accepted}, or {how}"
 
 
-def how_to_hold(joints: Sequence[str]) -> str:
+def how_to_hold(joints: Sequence[str], wanted: Wanted) -> str:
     """Return how to hold joints without columns still."""
-    command = fixing(map(plain, joints))
+    fixes = dict(zip(wanted.joints, wanted.fixes, strict=False))
+    command = fixing(plain(fixes.get(joint, joint)) for joint in joints)
     return f"joints without columns held still: sigma = 2 in robot.toml; URDF or MJCF: {command}"
 
 
@@ -66,28 +70,26 @@ def fixing(joints: Iterable[str]) -> str:
     return f"{IMPORT}{fixes} --into robot.toml"
 
 
-def joints_of_file(
-    from_user: Sequence[str], joints: Sequence[str], present: Sequence[str]
-) -> list[str]:
+def joints_of_file(wanted: Wanted, present: Sequence[str]) -> list[str]:
     """Return the names of the robot's joints in a file that names joints.
 
     Args:
-        from_user: names from the user, in the order of the robot; empty for those of the robot.
-        joints: names of the movable joints.
+        wanted: the robot, and names from the user in its order.
         present: names in the file.
 
     Raises:
         LogError: the file lacks a joint, or the robot has no names.
     """
-    wanted = list(from_user or joints or [""])
-    missing = [name for name in wanted if name not in present]
+    from_user = wanted.reading.joints
+    joints = list(from_user or wanted.joints or [""])
+    missing = [name for name in joints if name not in present]
     if missing:
         how = "--joints with the names in the robot's order, separated by commas"
-        if not from_user and len(missing) < len(wanted):
-            how = f"{how}, or {how_to_hold(missing)}"
+        if not from_user and len(missing) < len(joints):
+            how = f"{how}, or {how_to_hold(missing, wanted)}"
         shown = ", ".join(map(plain, present[:24])) or "none"
         refuse(f"the robot's joint {missing[0]!r} is not among {shown}", how)
-    return wanted
+    return joints
 
 
 def matched(
@@ -185,7 +187,7 @@ def _only_pattern(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str,
     complete = {p: c for p, c in named.items() if len(c) == len(joints)}
     if named and not complete:
         pattern, columns = max(named.items(), key=lambda pair: len(pair[1]))
-        _refuse_missing(names, role, pattern, columns, joints)
+        _refuse_missing(names, role, pattern, columns, wanted)
     if not complete:
         runs = {p: c for p, c in by_number(names, n).items() if _role(p) == role}
         complete = {p: c for p, c in runs.items() if len(c) == n} or runs
@@ -214,9 +216,10 @@ def _across_units(patterns: Mapping[str, Pattern]) -> dict[str, Pattern]:
 
 
 def _refuse_missing(
-    names: Sequence[str], role: str, pattern: str, columns: Pattern, joints: Sequence[str]
+    names: Sequence[str], role: str, pattern: str, columns: Pattern, wanted: Wanted
 ) -> NoReturn:
     """Refuse a pattern that lacks columns of joints, with the columns that may be theirs."""
+    joints = wanted.joints
     missing = [k for k in range(len(joints)) if k not in columns]
     spare = _spare(names, role, columns)
     likely = [name for name in spare if _role(name) == role or split_unit(name)[1]]
@@ -228,7 +231,7 @@ def _refuse_missing(
         choice = "" if theirs.keys() >= {*missing} else f" with COLUMN one of {listed(spare)}"
         accepted.append(f'--columns "{pairs}"{choice}')
     if role == "q" and not theirs:
-        accepted.append(how_to_hold([joints[k] for k in missing]))
+        accepted.append(how_to_hold([joints[k] for k in missing], wanted))
     what = f"{_shown(pattern)} has no column for {', '.join(joints[k] for k in missing)}"
     refuse(what, ", or ".join(accepted))
 
@@ -312,7 +315,7 @@ def _user_pattern(names: Sequence[str], role: str, pattern: str, wanted: Wanted)
     texts = {split_unit(name)[0]: name for name in names} | {name: name for name in names}
     columns_by_star = {m[1]: name for text, name in texts.items() if (m := form.fullmatch(text))}
     groups = by_name([*columns_by_star], wanted.joints) | by_number([*columns_by_star], wanted.n)
-    complete = [stars for stars, columns in groups.items() if wanted.n in (None, len(columns))]
+    complete = [stars for stars, columns in groups.items() if wanted.kept(len(columns))]
     if not complete:
         what = f"--columns {role}={pattern}: no such column of every joint"
         if len(columns_by_star) == wanted.n:

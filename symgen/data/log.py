@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,7 @@ import numpy.typing as npt
 from symgen.data.bags import FIELDS, is_bag, read_bag
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
-from symgen.data.mask import rms, spans
+from symgen.data.mask import STILL, rms, spans
 from symgen.data.raw import (
     BESIDE,
     IMU,
@@ -103,12 +103,16 @@ def read_log(
     Raises:
         LogError: the file cannot be read, or fails the checks of `make_log`.
     """
-    path = Path(path)
-    reading = reading or Reading()
-    n = n if sigma is None else len(sigma)
+    n, types = (n, ()) if sigma is None else (len(sigma), tuple(sigma))
     with located(path):
         mapping = columns_from(columns)
-        wanted = Wanted(reading, drive, names, n, tuple(sigma or ()), mapping)
+    return read_wanted(path, Wanted(reading or Reading(), drive, names, n, types, mapping))
+
+
+def read_wanted(path: str | Path, wanted: Wanted) -> Log:
+    """Read a log from a file or bag, see `read_log`."""
+    path, reading = Path(path), wanted.reading
+    with located(path):
         try:
             if path.is_dir() and not is_bag(path):
                 refuse("is a folder", _FILES)
@@ -118,9 +122,9 @@ def read_log(
                 if reading.time_unit or roles_with_unit(reading) - {"tau", "i"}:
                     what = "--unit and --time-unit: positions, speeds and stamps of messages are "
                     refuse(f"{what}in rad, rad/s and s", "--unit of tau or i")
-                fields = {ours: theirs for ours, theirs in mapping.items() if theirs in FIELDS}
+                fields = {o: theirs for o, theirs in wanted.columns.items() if theirs in FIELDS}
                 with_fields = replace(reading, columns=reading.pairs or fields)
-                raw = converted(read_bag(path, with_fields, names, wanted.currents), wanted)
+                raw = converted(read_bag(path, replace(wanted, reading=with_fields)), wanted)
             elif path.suffix.lower() not in (*SUFFIXES, *TEXTS):
                 how = _CONVERTED.get(path.suffix.lower(), _FILES)
                 refuse(f"the extension {path.suffix!r} is not known", how)
@@ -129,7 +133,7 @@ def read_log(
                     raw = read_all(table)
         except (OSError, ValueError) as error:
             refuse(f"cannot be read: {error}", _FILES)
-        return checked_log(plain(path.name), raw, n, sigma, drive, names, reading)
+        return checked_log(plain(path.name), raw, wanted)
 
 
 def make_log(
@@ -179,7 +183,10 @@ def make_log(
             }
         except ValueError as error:
             refuse(str(error), KEYS)
-        return checked_log(name, Raw(plain_arrays), n, sigma, drive)
+        if sigma is not None and n not in (None, len(sigma)):
+            raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
+        n, types = (n, ()) if sigma is None else (len(sigma), tuple(sigma))
+        return checked_log(name, Raw(plain_arrays), Wanted(Reading(), drive, (), n, types))
 
 
 def cut(log: Log, start: float | None, until: float | None) -> Log:
@@ -220,31 +227,18 @@ def rows(log: Rows, chosen: slice | Bools) -> Rows:
     return replace(log, **arrays)
 
 
-def checked_log(
-    name: str,
-    raw: Raw,
-    n: int | None,
-    sigma: Sequence[int] | None,
-    drive: Drive | None,
-    names: Sequence[str] = (),
-    reading: Reading | None = None,
-    part: bool = False,
-) -> Log:
+def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     """Check the content of a file and return it as a log on the joint side; see `read_log`.
 
     Args:
         name: name of the log.
         raw: content of the file.
-        n, sigma, drive, names: as in `read_log`.
-        reading: the span of time, and units from the user.
+        wanted: the robot, the span of time, and units from the user.
         part: whether it is a part of a log, in which a channel may be missing.
 
     Raises:
         LogError: a check fails.
     """
-    if sigma is not None and n is not None and len(sigma) != n:
-        raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
-    n = len(sigma) if sigma is not None else n
     require_shapes(raw.arrays)
     arrays = {role: read_only(x if x.ndim == 2 else x[:, None]) for role, x in raw.arrays.items()}
     t, q = read_only(raw.arrays["t"]), arrays["q"]
@@ -252,12 +246,8 @@ def checked_log(
         refuse(f"has {len(t) or 'no'} samples", f"at least {MIN_SAMPLES} samples")
     if not arrays.keys() & {"tau", "i", "qr"}:
         refuse("has neither torques nor currents", KEYS)
-    joints = q.shape[1]
-    if n is not None and joints != n:
-        refuse(*another_number(joints, n, names))
     _require_finite("t", t[:, None], t, raw.names)
-    reading = reading or Reading()
-    span, notes = _used(name, t, reading)
+    span, notes = _used(name, t, wanted.reading)
     if notes:
         t = read_only(t[span])
         arrays = {role: read_only(x[span]) for role, x in arrays.items()}
@@ -267,7 +257,7 @@ def checked_log(
         arrays |= {} if np.isnan(column).all() else {role: column}
     if "qd" in arrays and np.isnan(arrays["qd"]).all() and not part:
         del arrays["qd"]  # the recorder has no speeds
-    missing: Bools = np.zeros((len(t), joints, 3), dtype=bool)
+    missing: Bools = np.zeros((*q[span].shape, 3), dtype=bool)
     for role, k in (("q", 0), ("qd", 1), ("tau", 2), ("i", 2)):
         if role in arrays:
             empty = np.isnan(arrays[role])
@@ -284,11 +274,42 @@ def checked_log(
         qdr=qdr, missing=missing if missing.any() else None,
         converted=(*raw.converted, *rounded), imu=arrays.get("imu"),
     )  # fmt: skip
-    log = log if drive is None else joint_side(log, drive)
-    revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
-    sure = "q" in roles_with_unit(reading)
-    _require_radians(t, log.q, log.qd, revolute, sure, raw.names)
+    log = of_movable_joints(log, wanted)
+    log = log if wanted.drive is None else joint_side(log, wanted.drive)
+    turning = dict(enumerate(wanted.kept(q.shape[1])))
+    for j, kind in enumerate(wanted.sigma):
+        if kind == PRISMATIC:
+            del turning[j]
+    _require_radians(log, turning, "q" in roles_with_unit(wanted.reading), raw.names)
     return log
+
+
+def of_movable_joints(log: Log, wanted: Wanted) -> Log:
+    """Return a log without the columns of fixed joints.
+
+    Raises:
+        LogError: the number of joints is wrong, or a fixed joint moves.
+    """
+    width = log.q.shape[1]
+    kept = wanted.kept(width)
+    if not kept:
+        refuse(*another_number(width, wanted))
+    span = np.ptp(log.q, axis=0)
+    dropped = [k for k in range(width) if k not in kept]
+    for k in dropped:
+        if span[k] > STILL * span.max():
+            what = f"q{k + 1} moves, and joint {k + 1} is fixed in the robot file"
+            refuse(what, "a log in which it stands still, or a robot in which it moves")
+    if not dropped:
+        return log
+    arrays: dict[str, Any] = {}
+    for key, x in vars(log).items():
+        if isinstance(x, np.ndarray) and key not in ("t", "imu"):
+            arrays[key] = np.ascontiguousarray(x[:, kept])
+            arrays[key].setflags(write=False)
+    unused = ", ".join(f"q{k + 1}" for k in dropped)
+    note = f"{log.name}: the columns of fixed joints are not used: {unused}"
+    return replace(log, **arrays, notes=(*log.notes, note))
 
 
 def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...]]:
@@ -404,21 +425,17 @@ def _require_finite(role: str, array: FloatArray, t: FloatArray, names: Mapping[
 
 
 def _require_radians(
-    t: FloatArray,
-    q: FloatArray,
-    qd: FloatArray | None,
-    revolute: list[int],
-    sure: bool,
-    names: Mapping[str, str],
+    log: Log, turning: Mapping[int, int], sure: bool, names: Mapping[str, str]
 ) -> None:
     """Refuse positions or speeds of revolute joints that look like degrees."""
+    t, q, qd = log.t, log.q, log.qd
     accepted = "rad and rad/s, on the joint side or with [drive], or --unit "
-    for j in revolute:
+    for j, k in turning.items():
         span = float(np.ptp(q[:, j]))
         if span > _MAX_RANGE and not sure:
-            column = _shown(f"q{j + 1}", names)
+            column = _shown(f"q{k + 1}", names)
             what = f"column {column} spans {span:.4g}, over {_MAX_RANGE:g} rad, as degrees would"
-            one = f"q{j + 1}=deg" if qd is None else f"q{j + 1}=deg,qd{j + 1}=deg/s"
+            one = f"q{k + 1}=deg" if qd is None else f"q{k + 1}=deg,qd{k + 1}=deg/s"
             refuse(what, f"{accepted}deg, or --unit {one}, or --unit rad if it turns so far")
     if qd is None:
         return
@@ -428,7 +445,7 @@ def _require_radians(
     sizes = rms(slope), rms(speed)
     # At rest both are noise with an arbitrary ratio: require that they move together.
     in_step = np.mean(slope * speed, axis=0) >= 0.5 * sizes[0] * sizes[1]
-    for j in revolute:
+    for j, k in turning.items():
         if not in_step[j] or not sizes[0][j] or not sizes[1][j]:
             continue
         ratio = sizes[0][j] / sizes[1][j]
@@ -436,9 +453,9 @@ def _require_radians(
         speeds = ("qd", "q", "q=rad,qd=deg/s", 1 / ratio)
         for role, other, units, factor in (positions, speeds):
             if abs(factor / _DEGREES - 1.0) < 0.05:
-                degrees, rad = (_shown(f"{r}{j + 1}", names) for r in (role, other))
+                degrees, rad = (_shown(f"{r}{k + 1}", names) for r in (role, other))
                 what = (
-                    f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {degrees} "
+                    f"qd{k + 1} and the slope of q{k + 1} differ by {factor:.3g}: {degrees} "
                     f"looks like degrees and {rad} like radians"
                 )
                 refuse(what, f"{accepted}with the units of both, such as --unit {units}")

@@ -20,7 +20,7 @@ import numpy as np
 
 from symgen.data.bags import is_bag
 from symgen.data.log import Log, checked_log
-from symgen.data.raw import Reading, Wanted, columns_from, readable, refuse
+from symgen.data.raw import Reading, readable, refuse, wanted_by
 from symgen.data.stretch import holes
 from symgen.data.tables import SUFFIXES, Table, open_table, reads_rows, rows_of
 from symgen.data.units import IN_SI, Units
@@ -177,16 +177,10 @@ def read_rows(
     with located(stretch.file), _opened(stretch.file, robot, reading, stretch.units) as table:
         (raw,) = table.spans([rows])
         with located(f"rows {rows[0]} to {rows[1]}"):
-            return checked_log(
-                name, raw, None, robot.sigma, robot.drive, robot.joint_names, reading, True
-            )
+            return checked_log(name, raw, wanted_by(robot, reading), True)
 
 
 def _opened(
     name: str, robot: Robot, reading: Reading, units: Units | None = None
 ) -> AbstractContextManager[Table]:
-    wanted = Wanted(
-        reading, robot.drive, robot.joint_names, robot.n, robot.sigma,
-        columns_from(robot.log_columns),
-    )  # fmt: skip
-    return open_table(name, wanted, units is not None, units)
+    return open_table(name, wanted_by(robot, reading), units is not None, units)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +17,7 @@ from symgen.errors import LogError, SymgenError, plain
 
 if TYPE_CHECKING:
     from symgen.robot.tables import Drive
+    from symgen.robot.types import Robot
 
 FloatArray = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -169,6 +170,8 @@ class Wanted:
         n: number of movable joints, or None if unknown.
         sigma: types of the movable joints; empty if all are revolute.
         columns: columns from the robot file, for files without log names.
+        fixed: numbers of the fixed joints.
+        fixes: the value of `import --fix` that holds each movable joint.
     """
 
     reading: Reading
@@ -177,11 +180,32 @@ class Wanted:
     n: int | None = None
     sigma: Sequence[int] = ()
     columns: Mapping[str, str] = field(default_factory=dict)
+    fixed: Collection[int] = ()
+    fixes: Sequence[str] = ()
+
+    def kept(self, width: int) -> list[int]:
+        """Return the columns, from 0, of the movable joints; empty if there are too many or few.
+
+        A log with a column for each joint of the file has columns of fixed joints too.
+        """
+        every = list(range(width))
+        if self.n in (None, width):
+            return every
+        moving = [k for k in every if k + 1 not in self.fixed]
+        return moving if len(moving) == self.n else []
 
     @property
     def currents(self) -> bool:
         """Whether currents are read."""
         return self.drive is not None and self.drive.torque_constant is not None
+
+
+def wanted_by(robot: Robot, reading: Reading) -> Wanted:
+    """Return what to read for a robot."""
+    return Wanted(
+        reading, robot.drive, robot.joint_names, robot.n, robot.sigma,
+        columns_from(robot.log_columns), robot.fixed, robot.fixes,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

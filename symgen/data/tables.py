@@ -345,7 +345,7 @@ def _with_joints(form: CsvForm, wanted: Wanted) -> list[str]:
         if joint := named.get(m.group(1, 3)):
             header[k] = f"{m[1]}{m[2]}.{joint}"
     if named:
-        joints_of_file(wanted.reading.joints, wanted.joints, [*named.values()])
+        joints_of_file(wanted, [*named.values()])
     return header
 
 

@@ -226,9 +226,13 @@ def _units_of_joints(role: str, columns: Sequence[str], wanted: Wanted) -> list[
     odd = {unknown_unit(column) for column in columns}
     common = odd.pop() if len(odd) == 1 else ""
     out = []
+    kept = wanted.kept(len(columns))
+    types = dict(zip(kept, wanted.sigma, strict=False))
     for j, column in enumerate(columns):
-        prismatic = j < len(wanted.sigma) and wanted.sigma[j] == PRISMATIC
-        quantity = QUANTITIES[role][prismatic]
+        quantity = QUANTITIES[role][types.get(j) == PRISMATIC]
+        if j not in kept:  # a fixed joint
+            out.append((Unit("", quantity, 1.0), ""))
+            continue
         option = _unit_option(role, j, quantity, wanted.reading.unit)
         if option is not None:
             out.append((option, "--unit"))

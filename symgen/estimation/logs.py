@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from symgen.data.columns import another_number
 from symgen.data.drive import joint_side, with_servo_torques
-from symgen.data.log import MIN_SAMPLES, Log, cut, read_log, roles_with_unit
+from symgen.data.log import MIN_SAMPLES, Log, cut, of_movable_joints, read_wanted, roles_with_unit
 from symgen.data.long_logs import Source as Source
-from symgen.data.raw import IMU, Reading, read_only, refuse
+from symgen.data.raw import IMU, Reading, read_only, refuse, wanted_by
 from symgen.data.signals import Samples
 from symgen.errors import LogError, located
 from symgen.estimation.values import FloatArray
@@ -58,17 +57,14 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         LogError: the log cannot be read, or has another number of joints or impossible torques.
     """
     reading = reading or Reading()
+    wanted = wanted_by(robot, reading)
     if isinstance(source, Log):
         with located(source.name):
-            if source.q.shape[1] != robot.n:
-                refuse(*another_number(source.q.shape[1], robot.n, robot.joint_names))
-            log = source if robot.drive is None else joint_side(source, robot.drive)
+            log = of_movable_joints(source, wanted)
+            log = log if robot.drive is None else joint_side(log, robot.drive)
             log = cut(log, reading.start, reading.until)
     else:
-        log = read_log(
-            source, sigma=robot.sigma, drive=robot.drive, reading=reading,
-            names=robot.joint_names, columns=robot.log_columns,
-        )  # fmt: skip
+        log = read_wanted(source, wanted)
     with located(log.name):
         _require_within(log, robot, reading)
         log = with_servo_torques(log, robot.controller)
@@ -120,10 +116,8 @@ def _require_within(log: Log, robot: Robot, reading: Reading) -> None:
                 f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and the limits "
                 f"of {robot.listed([j])} in the robot file are {low:g} and {high:g}"
             )
-            plain = (
-                "rad or m, or --unit deg for degrees; in rad or m, these limits are wrong: wider "
-                "ones in the robot file"
-            )
+            si, unit = ("m", f"q{j + 1}=mm") if robot.sigma[j] == PRISMATIC else ("rad", "deg")
+            plain = f"{si}, or --unit {unit}; if it is {si}, wider limits in the robot file"
             refuse(what, side if log.mapped else plain)
     if log.qd is None or "qd" in roles_with_unit(reading):
         return

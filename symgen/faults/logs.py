@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from symgen.data.columns import fixing
+from symgen.data.mask import slow_speeds
 from symgen.data.raw import Reading
 from symgen.data.signals import (
     LOWEST,
@@ -99,10 +100,13 @@ def require_motion(train: Sequence[Samples], robot: Robot) -> None:
         IdentificationError: a joint never moves; the message contains the command that fixes it.
     """
     comparison = comparison_band(train)
-    still = np.flatnonzero(np.all([standing(s, comparison) for s in train], axis=0))
-    if len(still):
+    stands = np.all([standing(s, comparison) for s in train], axis=0)
+    if stands.any():
+        ranges = np.ptp(np.concatenate([s.q for s in train]), axis=0)
+        still = np.flatnonzero(stands | slow_speeds(ranges, robot.sigma)[1])  # or hardly moves
         fixes = [
-            f"{plain(robot.movable[j].name) or j + 1}={train[0].q[:, j].mean():.4g}" for j in still
+            f"{plain(robot.movable[j].name) or j + 1}={round(train[0].q[:, j].mean(), 5) + 0.0:g}"
+            for j in still
         ]
         raise IdentificationError(
             f"{robot.listed(still)} did not move: no log shows its friction and inertia; accepted: "

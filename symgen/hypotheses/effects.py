@@ -32,6 +32,7 @@ from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]
 _BATCH = 16  # candidates whose columns pass the filter in one call
+_PITCH = 0.01  # m, smallest searched pitch of a rack or screw
 _PINION = 0.05  # m, radius of a pinion: converts its play in rad to the play of the rack
 _STARTS = 16  # start times to try for an effect that begins within a log
 Constants = Mapping[str, float]
@@ -425,7 +426,11 @@ def constant_grid(
     for search in searches.values():
         origin, unit = _scale(robot, search.scale, logs, position)
         spaced = np.geomspace if search.by_ratio else np.linspace
-        values = spaced(search.low, search.high, search.count)
+        high, count = search.high, search.count
+        if search.scale == "turn" and robot.movable[position].slides:
+            high = max(high, round(2 * np.pi / (unit * _PITCH)))
+            count = round(high - search.low) + 1
+        values = spaced(search.low, high, count)
         axes.append([float(origin + unit * v) for v in values] if unit else [])
     for point in itertools.product(*axes):
         yield dict(zip(searches, point, strict=True))

@@ -357,14 +357,14 @@ def base_values(
     s = np.array([float(named.get(n, np.nan)) for n in standard])
     G = regrouping(model) if np.isnan(X).any() else np.zeros((len(X), len(s)))
     X = np.where(np.isnan(X), np.sum(np.where(G == 0, 0.0, G * s), axis=1), X)
-    for name in () if partial else np.array(base.names)[np.isnan(X)]:
-        row = G[base.names.index(name)]
-        missing = [n for n, g in zip(standard, row, strict=True) if g and n not in named]
-        regrouped = (
-            "" if missing == [name] else f", and {', '.join(missing[:5])} to regroup it from"
-        )
+    absent = np.isnan(X)
+    if absent.any() and not partial:
+        needed = (G[absent] != 0).any(axis=0)
+        parts = [n for n, used in zip(standard, needed, strict=True) if used and n not in named]
+        bases = [n for n, lost in zip(base.names, absent, strict=True) if lost]
+        regrouped = "" if parts == bases else f", or {', '.join(parts)} to regroup them from"
         raise ParameterError(
-            f"{where}: {name} is missing{regrouped}; accepted: all parameters of "
+            f"{where}: missing: {', '.join(bases)}{regrouped}; accepted: all parameters of "
             f"{model.robot.name}, as symgen identify finds them with this robot file"
         )
     return X

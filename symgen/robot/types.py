@@ -262,6 +262,19 @@ class Robot:
         return [joint.name for joint in self.movable]
 
     @property
+    def fixed(self) -> list[int]:
+        """Numbers of the fixed joints."""
+        return [joint.number for joint in self.joints if joint.fixed]
+
+    @property
+    def fixes(self) -> list[str]:
+        """Values of `import --fix` that hold each movable joint, at 0 or at the limit next to 0."""
+        ranges = (self.limits and self.limits.position) or [(0.0, 0.0)] * self.n
+        nearest = [min(max(low, 0.0), high) for low, high in ranges]
+        names = zip(self.joint_names, nearest, strict=True)
+        return [f"{name}={at:g}" if name and at else name for name, at in names]
+
+    @property
     def passive(self) -> list[int]:
         """Positions in q of the joints without a motor."""
         return [k for k, joint in enumerate(self.movable) if not joint.actuated]

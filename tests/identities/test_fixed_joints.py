@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -112,6 +115,80 @@ def test_a_log_without_the_finger_names_it_and_the_command(tmp_path, command) ->
     assert "joint other_finger is held, as it follows one" in out
     assert read_robot(held).n == 2
     assert read_robot(held).joint(3).r.is_Rational  # exactly as it was written
+
+
+def test_the_printed_command_holds_a_joint_whose_zero_is_outside_its_limits(
+    tmp_path, command, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("arm.urdf").write_text(ARM)
+    t = np.linspace(0, 1, 50)
+    header = "time,shoulder_position,shoulder_effort"
+    table = np.column_stack([t, np.sin(t), t])
+    np.savetxt("log.csv", table, delimiter=",", header=header, comments="")
+    asked = ["arm.urdf", "log.csv", "--parameters", "arm.urdf", "--into", "out"]
+    code, _, err = command("predict", *asked)
+    assert code == 2
+    advice = re.search("symgen (import .* --into robot.toml)", err)
+    assert advice is not None, err
+    assert advice[1] == "import arm.urdf --fix elbow=-0.1 --fix finger --into robot.toml"
+    code, out, err = command(*shlex.split(advice[1]))
+    assert code == 0, err
+    assert "elbow is held at -0.1" in out
+    asked = ["predict", "robot.toml", "log.csv", "--parameters", "gripper_arm_parameters.toml"]
+    code, _, err = command(*asked, "--into", "out")
+    assert code == 0, err
+
+
+@pytest.mark.parametrize("kind", ["csv", "npz", "arrays"])
+@pytest.mark.parametrize("held", [1, 3])
+def test_a_log_keeps_the_column_of_a_joint_that_was_fixed(tmp_path, held: int, kind: str) -> None:
+    import symgen
+
+    imported = with_fixed(import_urdf(ARM), [f"{held}=0.03"])
+    parameters = tmp_path / "parameters.toml"
+    parameters.write_text(parameters_toml(imported.parameters))
+    rng = np.random.default_rng(2)
+    t = np.arange(0, 4, 0.01)
+    q = np.column_stack([np.sin(k * t) for k in (1, 2, 3)]) * [1.0, 0.8, 0.02]
+    tau = rng.standard_normal(q.shape)
+    q[:, held - 1] = 0.03 + 1e-5 * rng.standard_normal(len(t))
+    rest = [k for k in range(3) if k != held - 1]
+
+    def log(q, tau):
+        if kind == "arrays":
+            return symgen.make_log("log", t, q, tau)
+        path, n = tmp_path / f"log.{kind}", q.shape[1]
+        if kind == "npz":
+            np.savez(path, t=t, q=q, tau=tau)
+        else:
+            header = ",".join(["t", *(f"{c}{k + 1}" for c in ("q", "tau") for k in range(n))])
+            np.savetxt(
+                path, np.hstack([t[:, None], q, tau]), delimiter=",", header=header, comments=""
+            )
+        return path
+
+    def error(log) -> float:
+        return symgen.predict(imported.robot, log, parameters).error.relative
+
+    assert error(log(q, tau)) == error(log(q[:, rest], tau[:, rest]))
+    q[:, held - 1] *= np.linspace(0, 30, len(t))
+    with pytest.raises(LogError, match=f"q{held} moves, and joint {held} is fixed"):
+        error(log(q, tau))
+
+
+def test_units_are_those_of_the_columns_of_the_file(tmp_path) -> None:
+    """The column of a fixed joint has any unit; those behind it keep their type."""
+    from symgen.estimation.logs import open_log
+
+    robot = with_fixed(import_urdf(ARM), ["shoulder"]).robot
+    t = np.arange(0, 4, 0.01)
+    elbow, finger = 50 + 40 * np.cos(t), 20 + 10 * np.sin(t)
+    table = np.column_stack([t, 0 * t + 7, -elbow, finger, t, t, t])
+    header = "t,q1 [mm],q2 [deg],q3 [mm],tau1,tau2,tau3"
+    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header=header, comments="")
+    log = open_log(tmp_path / "log.csv", robot)
+    np.testing.assert_allclose(log.q, np.column_stack([-np.radians(elbow), 1e-3 * finger]))
 
 
 def test_inertias_of_the_file_are_a_prior_of_the_robot_with_held_joints(tmp_path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -65,3 +66,22 @@ def test_a_folder_and_its_estimate_are_one(name, recorded, tmp_path, command, mo
         assert written
         seen.append({p.name: p.read_bytes() for p in written if p.suffix in (".json", ".csv")})
     assert seen[0] == seen[1]
+
+
+def test_all_missing_parameters_are_named_at_once(tmp_path, command) -> None:
+    import symgen
+
+    model = symgen.derive(symgen.read_robot("puma560"))
+    lacking = ("XY2", "XZ3", "MY3", "IA4", "FS6")
+    given = [p.name for p in model.base.standard if p.name not in lacking]
+    file = tmp_path / "parameters.toml"
+    file.write_text("[parameters]\n" + "".join(f"{name} = 1.0\n" for name in given))
+    asked = ["generate", "puma560", "--parameters", file, "--kernels", "gravity_torque"]
+    code, _, err = command(*asked, "--target", "c", "--into", tmp_path / "out")
+    assert code == 2
+    for name in lacking:
+        assert re.search(rf"\b{name}\b", err), name
+    assert "XX5" not in err
+    file.write_text(file.read_text() + "".join(f"{name} = 1.0\n" for name in lacking))
+    code, _, err = command(*asked, "--target", "c", "--into", tmp_path / "out")
+    assert code == 0, err

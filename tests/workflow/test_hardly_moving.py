@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -100,6 +101,30 @@ def test_a_joint_that_stands_still_is_refused_first_with_the_command(
     assert code == 0, err
     assert "held at 0.02" in out
     assert symgen.read_robot("robot.toml").n == 1
+
+
+def test_all_joints_that_rest_are_named_at_once(command, tmp_path, monkeypatch) -> None:
+    """One joint moves, one stands, and one is shaken by the motion of the first."""
+    monkeypatch.chdir(tmp_path)
+    links = URDF.replace(
+        "</robot>",
+        '<link name="d"/><joint name="wrist" type="continuous"><parent link="c"/><child link="d"/>'
+        '<origin xyz="0.3 0 0"/><axis xyz="0 1 0"/></joint></robot>',
+    )
+    Path("arm.urdf").write_text(links)
+    one = log("still", 0.0, 1)
+    shaken = 0.5 + 1e-3 * (one.q[:, 0] - one.q[0, 0])
+    q, tau = (np.column_stack([x, shaken]) for x in (one.q, one.tau))
+    np.savez("still.npz", t=one.t, q=q, tau=tau)
+    code, _, err = command("identify", "arm.urdf", "still.npz", "--into", "out")
+    assert code == 2
+    advice = re.search(r"symgen (import arm.urdf --fix .* --into robot.toml)", err)
+    assert advice is not None, err
+    assert command(*shlex.split(advice[1]))[0] == 0
+    assert symgen.read_robot("robot.toml").joint_names == ["shoulder"]
+    asked = ["robot.toml", "still.npz", "--model", "torque", "--into", "out"]
+    code, _, err = command("identify", *asked)
+    assert code in (0, 1), err
 
 
 @pytest.mark.parametrize("mask", [(), ("rest",)])

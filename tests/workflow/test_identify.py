@@ -363,7 +363,7 @@ class TestPrediction:
         ("content", "words"),
         [
             ("", r"\[parameters\] is missing"),
-            ("[parameters]\nZZ1R = 1\n", "ZZ2 is missing"),
+            ("[parameters]\nZZ1R = 1\n", "missing: ZZ2, MX2, MY2"),
             ("[parameters]\nQQ7 = 1\n", "no parameter of planar2r"),
             ("[parameters]\nZZ1R = nan\n", "finite number"),
             ("[parameters]\nZZ1R = true\n", "finite number"),
