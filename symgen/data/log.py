@@ -274,7 +274,7 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
         qdr=qdr, missing=missing if missing.any() else None,
         converted=(*raw.converted, *rounded), imu=arrays.get("imu"),
     )  # fmt: skip
-    log = of_movable_joints(log, wanted)
+    log = of_movable_joints(log, wanted, part)
     log = log if wanted.drive is None else joint_side(log, wanted.drive)
     turning = dict(enumerate(wanted.kept(q.shape[1])))
     for j, kind in enumerate(wanted.sigma):
@@ -284,31 +284,30 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     return log
 
 
-def of_movable_joints(log: Log, wanted: Wanted) -> Log:
+def of_movable_joints(log: Log, wanted: Wanted, part: bool = False) -> Log:
     """Return a log without the columns of fixed joints.
 
     Raises:
-        LogError: the number of joints is wrong, or a fixed joint moves.
+        LogError: the number of joints is wrong, or a fixed joint moves. A part of a log may be too
+            short to show that.
     """
     width = log.q.shape[1]
     kept = wanted.kept(width)
     if not kept:
         refuse(*another_number(width, wanted))
-    span = np.ptp(log.q, axis=0)
-    dropped = [k for k in range(width) if k not in kept]
-    for k in dropped:
-        if span[k] > STILL * span.max():
-            what = f"q{k + 1} moves, and joint {k + 1} is fixed in the robot file"
-            refuse(what, "a log in which it stands still, or a robot in which it moves")
-    if not dropped:
+    if len(kept) == width:
         return log
+    span = np.ptp(log.q, axis=0)
+    moving = [k for k in range(width) if k not in kept and span[k] > STILL * span.max()]
+    if moving and not part:
+        what = f"q{moving[0] + 1} moves, and joint {moving[0] + 1} is fixed in the robot file"
+        refuse(what, "a log in which it stands still, or a robot in which it moves")
     arrays: dict[str, Any] = {}
     for key, x in vars(log).items():
         if isinstance(x, np.ndarray) and key not in ("t", "imu"):
-            arrays[key] = np.ascontiguousarray(x[:, kept])
+            arrays[key] = x.take(kept, axis=1)
             arrays[key].setflags(write=False)
-    unused = ", ".join(f"q{k + 1}" for k in dropped)
-    note = f"{log.name}: the columns of fixed joints are not used: {unused}"
+    note = f"{log.name}: the columns of fixed joints are not used"
     return replace(log, **arrays, notes=(*log.notes, note))
 
 

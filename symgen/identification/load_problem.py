@@ -106,13 +106,13 @@ class LoadProblem:
         G, V = _directions(self.evaluator, self.loaded, link, bool(self.known.any()))
         return replace(self, G=G, V=V)
 
-    def solve(self, start: LoadFit) -> Solved:
-        """Solve for the load and the free parameters.
+    def solve(self, X: FloatArray) -> Solved:
+        """Solve for the load and the free parameters, from those of the robot alone, X (p,).
 
         Raises:
             IdentificationError: the steps do not converge.
         """
-        solved = self.step(start)
+        solved = self.first_step(X)
         if not self.evaluator.model.robot.loaded:
             return solved
         for _ in range(ROUNDS):
@@ -125,13 +125,9 @@ class LoadProblem:
             "motions that turn it against gravity"
         )
 
-    def start(self, X: FloatArray) -> LoadFit:
-        """Return the parameters X (p,) of the robot without a load."""
-        return LoadFit(X, np.zeros(self.V.shape[1]))
-
     def error(self, X: FloatArray) -> float:
         """Return the torque error in motion of the logs with the load, one step from X (p,)."""
-        at = self.step(self.start(X)).fit
+        at = self.first_step(X).fit
         torques = fit(self.evaluator, self.logs[0], at.X + self.in_X(at))
         return torques.in_motion.residual.relative
 
@@ -144,6 +140,10 @@ class LoadProblem:
             loaded=_rows(self.evaluator, self.model, loaded, with_load),
             bare=_rows(self.evaluator, self.model, bare, fit.X),
         )
+
+    def first_step(self, X: FloatArray) -> Solved:
+        """Solve for changes from the robot without a load."""
+        return self.step(LoadFit(X, np.zeros(self.V.shape[1])))
 
     def step(self, at: LoadFit) -> Solved:
         """Solve for changes of the load and of the free parameters."""

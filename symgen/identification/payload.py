@@ -241,7 +241,7 @@ def payload(
     known = None if bare else in_file  # with logs without the load, X comes from them
     X = _without_load(evaluator, groups[1]) if known is None else known.X
     problem = load_problem(evaluator, groups, X, link, mass, 0 if known is None else model.inertial)
-    solved = problem.solve(problem.start(X))
+    solved = problem.solve(X)
     covariance, notes = solved.solution.covariance, opened.notes
     how = "logs with and without the load, solved together"
     if known is not None:

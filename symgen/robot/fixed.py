@@ -49,13 +49,9 @@ def with_fixed(imported: Imported, fixed: Sequence[str]) -> Imported:
                 held[joint.number] = expressions.exact(Decimal(value.strip()))
             except (ArithmeticError, ExpressionError, ValueError) as error:
                 raise RobotError(f"accepted: {_ACCEPTED}") from error
-            if not sign and robot.limits is not None and robot.limits.position is not None:
-                low, high = robot.limits.position[robot.movable.index(joint)]
-                if not low <= 0 <= high:
-                    raise RobotError(
-                        f"its zero lies outside its limits, {low:g} to {high:g}; accepted: --fix "
-                        f"{shortened(name)}=VALUE"
-                    )
+            within = robot.fixes[robot.movable.index(joint)]
+            if not sign and "=" in within:
+                raise RobotError(f"its zero lies outside its limits; accepted: --fix {within}")
     if not held:
         return imported
     if robot.loops or robot.couplings or robot.effects or robot.sought or robot.drive:

@@ -82,7 +82,7 @@ def test_limits_parameters_and_the_written_file_are_those_of_the_rest() -> None:
         (["finger=wide"], "NAME=VALUE in rad or m"),
         (["finger=nan"], "NAME=VALUE in rad or m"),
         (["finger", "3"], "given twice"),
-        (["elbow"], "--fix elbow=VALUE"),
+        (["elbow"], "--fix elbow=-0.1"),
         (["other_finger"], "no such movable joint"),
         (["shoulder", "elbow=-1", "finger"], "no joint of gripper_arm would be movable"),
     ],
