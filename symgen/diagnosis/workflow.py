@@ -62,7 +62,7 @@ from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
 from symgen.identification.judgement import changed_state
-from symgen.identification.parameters import read_known
+from symgen.identification.parameters import read_known, values_of_file
 from symgen.identification.possible import nearest_possible
 from symgen.identification.segments import sample_logs
 from symgen.identification.settle import EFFECT_MISSING, largest_error, like_no_robot
@@ -136,7 +136,8 @@ def diagnose(
         require_motion(opened.train, source)
     progress("deriving and compiling the model")
     evaluator = model_of(replace(source, sought=()))
-    sized = partial(in_torque_scale, file=robot, evaluator=evaluator, reading=reading)
+    file_values = values_of_file(robot, evaluator.model)
+    sized = partial(in_torque_scale, X=file_values, evaluator=evaluator, reading=reading)
     opened = replace(opened, train=sized(opened.train), held=sized(opened.held))
     known = None if parameters is None else read_known(parameters, evaluator.model)
     band = known.band if known is not None else None

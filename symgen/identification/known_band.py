@@ -16,6 +16,7 @@ from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs
 from symgen.faults.undo import with_known_shifts
+from symgen.identification.parameters import values_of_file
 from symgen.identification.torque_scale import in_torque_scale
 from symgen.parallel import Say, silent
 from symgen.runtime.evaluator import Evaluator
@@ -73,7 +74,8 @@ def open_in_band(
         LogError: symgen cannot read a log, or it belongs to another robot.
     """
     (opened,), repairs = open_logs((sources,), evaluator.model.robot, reading, progress)
-    opened = in_torque_scale(opened, file, evaluator, reading)
+    file_values = values_of_file(file, evaluator.model)
+    opened = in_torque_scale(opened, file_values, evaluator, reading)
     samples, _, more = join_bands(opened, (), None if band is None else band.comparison_hz)
     chosen = band or choose_band(evaluator, samples, cutoff)
     if cutoff is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -13,13 +12,13 @@ from symgen.data.mask import rms
 from symgen.data.raw import Reading, refuse
 from symgen.data.signals import Samples
 from symgen.estimation.system import torque_at
-from symgen.identification.parameters import values_of_file
+from symgen.estimation.values import FloatArray
 from symgen.policy import HEAVY, SCALE
 from symgen.runtime.evaluator import Evaluator
 
 
 def in_torque_scale(
-    logs: Sequence[Samples], file: Any, evaluator: Evaluator, reading: Reading | None
+    logs: Sequence[Samples], X: FloatArray | None, evaluator: Evaluator, reading: Reading | None
 ) -> list[Samples]:
     """Refuse logs whose torques are far above everything in the robot file; note others.
 
@@ -29,14 +28,14 @@ def in_torque_scale(
 
     Args:
         logs: the logs.
-        file: path of the robot file; anything else states no masses.
+        X: (p,) parameters in the robot file, None if it has none.
         evaluator: the compiled model.
         reading: units from the user, which are believed.
 
     Raises:
         LogError: the torques of a log are far above both.
     """
-    robot, X = evaluator.model.robot, values_of_file(file, evaluator.model)
+    robot = evaluator.model.robot
     if X is None or robot.imu:
         return list(logs)
     believed = roles_with_unit(reading or Reading()) & {"tau", "i"}

@@ -131,7 +131,8 @@ def identify(
         opened = open_long_logs(source, *about)
     else:
         opened = _open_in_memory(robot, source, (sources, held), models, reading, progress)
-    sized = partial(in_torque_scale, file=robot, evaluator=opened.evaluator, reading=reading)
+    file_values = values_of_file(robot, opened.evaluator.model)
+    sized = partial(in_torque_scale, X=file_values, evaluator=opened.evaluator, reading=reading)
     opened = replace(opened, train=sized(opened.train), held=sized(opened.held))
     if options.prior is not None:
         by = replace(by, prior=read_prior(options.prior, opened.evaluator.model))
@@ -143,7 +144,6 @@ def identify(
     with blame_motion(chosen.fault):
         result = opened.solve(chosen, by)
     progress("judging")
-    file_values = values_of_file(robot, opened.evaluator.model)
     return assess(chosen, result, file_values, accept, least)
 
 
