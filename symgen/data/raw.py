@@ -188,11 +188,9 @@ class Wanted:
 
         A log with a column for each joint of the file has columns of fixed joints too.
         """
-        every = list(range(width))
-        if self.n in (None, width):
-            return every
-        moving = [k for k in every if k + 1 not in self.fixed]
-        return moving if len(moving) == self.n else []
+        fixed = () if self.n in (None, width) else self.fixed
+        kept = [k for k in range(width) if k + 1 not in fixed]
+        return kept if self.n in (None, len(kept)) else []
 
     @property
     def currents(self) -> bool:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import chain
 from pathlib import Path
 
@@ -137,8 +136,9 @@ def diagnose(
     progress("deriving and compiling the model")
     evaluator = model_of(replace(source, sought=()))
     file_values = values_of_file(robot, evaluator.model)
-    sized = partial(in_torque_scale, X=file_values, evaluator=evaluator, reading=reading)
-    opened = replace(opened, train=sized(opened.train), held=sized(opened.held))
+    every, count = (*opened.train, *opened.held), len(opened.train)
+    every = in_torque_scale(every, file_values, evaluator, reading)
+    opened = replace(opened, train=every[:count], held=every[count:])
     known = None if parameters is None else read_known(parameters, evaluator.model)
     band = known.band if known is not None else None
     band = band or choose_band(evaluator, opened.train, cutoff, threads=thread_count())

@@ -75,8 +75,8 @@ def open_in_band(
     """
     (opened,), repairs = open_logs((sources,), evaluator.model.robot, reading, progress)
     file_values = values_of_file(file, evaluator.model)
-    opened = in_torque_scale(opened, file_values, evaluator, reading)
-    samples, _, more = join_bands(opened, (), None if band is None else band.comparison_hz)
+    sized = in_torque_scale(opened, file_values, evaluator, reading)
+    samples, _, more = join_bands(sized, (), None if band is None else band.comparison_hz)
     chosen = band or choose_band(evaluator, samples, cutoff)
     if cutoff is not None:
         chosen = replace(chosen, cutoff_hz=cutoff)

@@ -19,15 +19,15 @@ from symgen.runtime.evaluator import Evaluator
 
 def in_torque_scale(
     logs: Sequence[Samples], X: FloatArray | None, evaluator: Evaluator, reading: Reading | None
-) -> list[Samples]:
+) -> tuple[Samples, ...]:
     """Refuse logs whose torques are far above everything in the robot file; note others.
 
-    The file states two sizes: the torque of its masses at rest in the poses of the log, and its
+    The file states two sizes: the torque of its masses at rest in the poses of the logs, and its
     torque limits. Torques far above the first alone give a note. Revolute and prismatic joints are
     compared separately, by the RMS over all joints of a type.
 
     Args:
-        logs: the logs.
+        logs: all logs of a run.
         X: (p,) parameters in the robot file, None if it has none.
         evaluator: the compiled model.
         reading: units from the user, which are believed.
@@ -37,15 +37,16 @@ def in_torque_scale(
     """
     robot = evaluator.model.robot
     if X is None or robot.imu:
-        return list(logs)
+        return tuple(logs)
     believed = roles_with_unit(reading or Reading()) & {"tau", "i"}
     stated = (robot.limits and robot.limits.torque) or [np.inf] * robot.n
     currents = robot.drive is not None and robot.drive.torque_constant is not None
     role, units = ("i", "AA") if currents else ("tau", ("Nm", "N"))
+    poses = np.concatenate([s.q for s in logs])
+    at_rest = rms(torque_at(evaluator, X, poses, 0 * poses, 0 * poses))
     out = []
     for s in logs:
-        still = np.zeros_like(s.q)
-        sizes = rms(s.tau), rms(torque_at(evaluator, X, s.q, still, still)), np.array(stated)
+        sizes = rms(s.tau), at_rest, np.array(stated)
         for kind, unit in enumerate(units):
             joints = np.flatnonzero(np.equal(robot.sigma, kind))
             torque, weight, limit = (float(np.linalg.norm(x[joints])) for x in sizes)
@@ -60,4 +61,4 @@ def in_torque_scale(
                 refuse(f"{what}, and {torque / limit:.0f} times the torque limits", how)
             s = replace(s, notes=(*s.notes, f"{what}: check its unit (--unit) and the masses"))
         out.append(s)
-    return out
+    return tuple(out)

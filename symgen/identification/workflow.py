@@ -9,7 +9,6 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from symgen.codegen.model import derive
@@ -132,8 +131,9 @@ def identify(
     else:
         opened = _open_in_memory(robot, source, (sources, held), models, reading, progress)
     file_values = values_of_file(robot, opened.evaluator.model)
-    sized = partial(in_torque_scale, X=file_values, evaluator=opened.evaluator, reading=reading)
-    opened = replace(opened, train=sized(opened.train), held=sized(opened.held))
+    every, count = (*opened.train, *opened.held), len(opened.train)
+    every = in_torque_scale(every, file_values, opened.evaluator, reading)
+    opened = replace(opened, train=every[:count], held=every[count:])
     if options.prior is not None:
         by = replace(by, prior=read_prior(options.prior, opened.evaluator.model))
     own_speeds = by.name == "iv" and not motions

@@ -171,7 +171,8 @@ def test_a_log_keeps_the_column_of_a_joint_that_was_fixed(tmp_path, held: int, k
     def error(log) -> float:
         return symgen.predict(imported.robot, log, parameters).error.relative
 
-    assert error(log(q, tau)) == error(log(q[:, rest], tau[:, rest]))
+    alone = error(log(q[:, rest], tau[:, rest]))
+    assert error(log(q, tau)) == pytest.approx(alone, rel=1e-9)
     q[:, held - 1] *= np.linspace(0, 30, len(t))
     with pytest.raises(LogError, match=f"q{held} moves, and joint {held} is fixed"):
         error(log(q, tau))

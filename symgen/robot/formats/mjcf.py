@@ -224,9 +224,9 @@ class MjcfTree:
         limit = {}
         if m.jnt_limited[k]:
             limit["lower"], limit["upper"] = map(float, m.jnt_range[k])
-        forces = np.abs(m.actuator_forcerange).max(axis=1) * np.abs(m.actuator_gear[:, 0])
+        forces = np.abs(m.actuator_forcerange).max(axis=1) * m.actuator_forcelimited
         on = (m.actuator_trntype <= _ON_JOINTS) & (m.actuator_trnid[:, 0] == k)
-        of_actuators = forces[on].sum() if (forces * m.actuator_forcelimited)[on].all() else 0.0
+        of_actuators = np.abs(m.actuator_gear[on, 0]) @ forces[on] * forces[on].all()
         of_joint = np.abs(m.jnt_actfrcrange[k]).max() * m.jnt_actfrclimited[k]
         if efforts := [float(effort) for effort in (of_actuators, of_joint) if effort]:
             limit["effort"] = min(efforts)
