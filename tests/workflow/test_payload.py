@@ -152,7 +152,8 @@ def test_a_delay_of_the_estimate_is_undone(robot, parameters, tmp_path) -> None:
     content["repairs"] += [delay | {"values": [["DT", LATE * STEP, None]], "kind": "delay"}]
     recorder = tmp_path / "estimate.json"
     recorder.write_text(json.dumps(content))
-    for log, shifts in ((late(recorded(21, True)), 1), (recorded(21, True), 0)):
+    on_time = recorded(21, True, seconds=8.0)
+    for log, shifts in ((late(on_time), 1), (on_time, 0)):
         found = symgen.payload(robot, log, parameters=recorder)
         values, std = quantities(found)
         assert [r.kind for r in found.repairs].count("delay") == shifts
