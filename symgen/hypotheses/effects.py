@@ -32,7 +32,8 @@ from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]
 _BATCH = 16  # candidates whose columns pass the filter in one call
-_PITCH = 0.01  # m, smallest searched pitch of a rack or screw
+#: Smallest searched pitch of a rack or screw, m, if the search stays within this multiple.
+_PITCH, _MOST = 0.01, 10
 _PINION = 0.05  # m, radius of a pinion: converts its play in rad to the play of the rack
 _STARTS = 16  # start times to try for an effect that begins within a log
 Constants = Mapping[str, float]
@@ -428,7 +429,8 @@ def constant_grid(
         spaced = np.geomspace if search.by_ratio else np.linspace
         high, count = search.high, search.count
         if search.scale == "turn" and robot.movable[position].slides:
-            high = max(high, round(2 * np.pi / (unit * _PITCH)))
+            periods = round(2 * np.pi / (unit * _PITCH))
+            high = min(max(high, periods), _MOST * high)
             count = round(high - search.low) + 1
         values = spaced(search.low, high, count)
         axes.append([float(origin + unit * v) for v in values] if unit else [])

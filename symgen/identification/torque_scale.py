@@ -41,7 +41,7 @@ def in_torque_scale(
     believed = roles_with_unit(reading or Reading()) & {"tau", "i"}
     stated = (robot.limits and robot.limits.torque) or [np.inf] * robot.n
     currents = robot.drive is not None and robot.drive.torque_constant is not None
-    role, units = ("i", "AA") if currents else ("tau", ("Nm", "N"))
+    role, units = ("i", ("A", "A")) if currents else ("tau", ("Nm", "N"))
     poses = np.concatenate([s.q for s in logs])
     at_rest = rms(torque_at(evaluator, X, poses, 0 * poses, 0 * poses))
     out = []
