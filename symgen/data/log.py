@@ -103,10 +103,10 @@ def read_log(
     Raises:
         LogError: the file cannot be read, or fails the checks of `make_log`.
     """
-    n, types = (n, ()) if sigma is None else (len(sigma), tuple(sigma))
     with located(path):
         mapping = columns_from(columns)
-    return read_wanted(path, Wanted(reading or Reading(), drive, names, n, types, mapping))
+    reading, types = reading or Reading(), tuple(sigma or ())
+    return read_wanted(path, Wanted(reading, drive, names, n, types, mapping))
 
 
 def read_wanted(path: str | Path, wanted: Wanted) -> Log:
@@ -183,10 +183,8 @@ def make_log(
             }
         except ValueError as error:
             refuse(str(error), KEYS)
-        if sigma is not None and n not in (None, len(sigma)):
-            raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
-        n, types = (n, ()) if sigma is None else (len(sigma), tuple(sigma))
-        return checked_log(name, Raw(plain_arrays), Wanted(Reading(), drive, (), n, types))
+        wanted = Wanted(Reading(), drive, (), n, tuple(sigma or ()))
+        return checked_log(name, Raw(plain_arrays), wanted)
 
 
 def cut(log: Log, start: float | None, until: float | None) -> Log:

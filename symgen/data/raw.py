@@ -183,6 +183,12 @@ class Wanted:
     fixed: Collection[int] = ()
     fixes: Sequence[str] = ()
 
+    def __post_init__(self) -> None:
+        if self.sigma:
+            if self.n not in (None, len(self.sigma)):
+                raise ValueError(f"sigma has {len(self.sigma)} entries for {self.n} joints")
+            object.__setattr__(self, "n", len(self.sigma))
+
     def kept(self, width: int) -> list[int]:
         """Return the columns, from 0, of the movable joints; empty if there are too many or few.
 

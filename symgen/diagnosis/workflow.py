@@ -136,9 +136,7 @@ def diagnose(
     progress("deriving and compiling the model")
     evaluator = model_of(replace(source, sought=()))
     file_values = values_of_file(robot, evaluator.model)
-    every, count = (*opened.train, *opened.held), len(opened.train)
-    every = in_torque_scale(every, file_values, evaluator, reading)
-    opened = replace(opened, train=every[:count], held=every[count:])
+    opened = in_torque_scale(opened, file_values, evaluator, reading)
     known = None if parameters is None else read_known(parameters, evaluator.model)
     band = known.band if known is not None else None
     band = band or choose_band(evaluator, opened.train, cutoff, threads=thread_count())

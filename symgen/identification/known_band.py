@@ -16,6 +16,7 @@ from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs
 from symgen.faults.undo import with_known_shifts
+from symgen.identification.model_choice import OpenLogs
 from symgen.identification.parameters import values_of_file
 from symgen.identification.torque_scale import in_torque_scale
 from symgen.parallel import Say, silent
@@ -73,10 +74,10 @@ def open_in_band(
     Raises:
         LogError: symgen cannot read a log, or it belongs to another robot.
     """
-    (opened,), repairs = open_logs((sources,), evaluator.model.robot, reading, progress)
+    (train,), repairs = open_logs((sources,), evaluator.model.robot, reading, progress)
     file_values = values_of_file(file, evaluator.model)
-    sized = in_torque_scale(opened, file_values, evaluator, reading)
-    samples, _, more = join_bands(sized, (), None if band is None else band.comparison_hz)
+    opened = in_torque_scale(OpenLogs(evaluator, train), file_values, evaluator, reading)
+    samples, _, more = join_bands(opened.train, (), None if band is None else band.comparison_hz)
     chosen = band or choose_band(evaluator, samples, cutoff)
     if cutoff is not None:
         chosen = replace(chosen, cutoff_hz=cutoff)

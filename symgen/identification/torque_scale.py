@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any, TypeVar
 
 import numpy as np
 
 from symgen.data.log import roles_with_unit
 from symgen.data.mask import rms
 from symgen.data.raw import Reading, refuse
-from symgen.data.signals import Samples
 from symgen.estimation.system import torque_at
 from symgen.estimation.values import FloatArray
 from symgen.policy import HEAVY, SCALE
 from symgen.runtime.evaluator import Evaluator
 
+#: Logs of a run, in the fields `train` and `held` of a dataclass.
+Opened = TypeVar("Opened", bound=Any)
+
 
 def in_torque_scale(
-    logs: Sequence[Samples], X: FloatArray | None, evaluator: Evaluator, reading: Reading | None
-) -> tuple[Samples, ...]:
+    opened: Opened, X: FloatArray | None, evaluator: Evaluator, reading: Reading | None
+) -> Opened:
     """Refuse logs whose torques are far above everything in the robot file; note others.
 
     The file states two sizes: the torque of its masses at rest in the poses of the logs, and its
@@ -27,7 +29,7 @@ def in_torque_scale(
     compared separately, by the RMS over all joints of a type.
 
     Args:
-        logs: all logs of a run.
+        opened: a dataclass with the logs of a run, `train` and `held`.
         X: (p,) parameters in the robot file, None if it has none.
         evaluator: the compiled model.
         reading: units from the user, which are believed.
@@ -37,7 +39,8 @@ def in_torque_scale(
     """
     robot = evaluator.model.robot
     if X is None or robot.imu:
-        return tuple(logs)
+        return opened
+    logs = *opened.train, *opened.held
     believed = roles_with_unit(reading or Reading()) & {"tau", "i"}
     stated = (robot.limits and robot.limits.torque) or [np.inf] * robot.n
     currents = robot.drive is not None and robot.drive.torque_constant is not None
@@ -61,4 +64,5 @@ def in_torque_scale(
                 refuse(f"{what}, and {torque / limit:.0f} times the torque limits", how)
             s = replace(s, notes=(*s.notes, f"{what}: check its unit (--unit) and the masses"))
         out.append(s)
-    return tuple(out)
+    count = len(opened.train)
+    return replace(opened, train=out[:count], held=out[count:])

@@ -131,9 +131,7 @@ def identify(
     else:
         opened = _open_in_memory(robot, source, (sources, held), models, reading, progress)
     file_values = values_of_file(robot, opened.evaluator.model)
-    every, count = (*opened.train, *opened.held), len(opened.train)
-    every = in_torque_scale(every, file_values, opened.evaluator, reading)
-    opened = replace(opened, train=every[:count], held=every[count:])
+    opened = in_torque_scale(opened, file_values, opened.evaluator, reading)
     if options.prior is not None:
         by = replace(by, prior=read_prior(options.prior, opened.evaluator.model))
     own_speeds = by.name == "iv" and not motions
