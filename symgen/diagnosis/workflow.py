@@ -267,7 +267,7 @@ def _impossible(model: Extended, gaps: Measured) -> list[Reason]:
         return []
     try:
         near = nearest_possible(model.evaluator.model, model.of_robot, model.covariance)
-    except ParameterError:  # the covariance is invalid, or the solver fails
+    except ParameterError:  # the covariance is invalid
         return []
     if not near.fault:
         return []

@@ -103,6 +103,13 @@ class Consistency:
     held_out: tuple[float, float] | None = None
 
     @property
+    def possible(self) -> bool | None:
+        """Whether some robot has the parameters of the estimate; None if it is not decided."""
+        if self.reason is None:
+            return True
+        return None if self.distance_sigma is None else False
+
+    @property
     def text(self) -> str:
         """The result in one sentence."""
         if self.reason is not None:
@@ -162,7 +169,7 @@ class Estimate(Viewable):
         suspected: possible faults that are not certain and do not change the verdict.
         notes: texts on the changes of the logs and on the fit.
         correlation: correlation of the parameters, (p, p).
-        possible: whether some robot has these parameters.
+        possible: whether some robot has these parameters; None if it is not decided.
         at_bound: names of the parameters at a bound of possible robots; their standard deviations
             are not valid.
         physical: distance of least squares from a possible robot, and why the estimate is not
@@ -205,7 +212,7 @@ class Estimate(Viewable):
     band: Band | None = None
     alternatives: Annotated[tuple[Alternative, ...], at("models")] = ()
     repairs: tuple[Fault, ...] = ()
-    possible: bool = field(init=False)
+    possible: bool | None = field(init=False)
     at_bound: tuple[str, ...] = ()
     physical: Consistency = UNCHECKED
     excludes: Annotated[str, at("std_excludes")] = ""
@@ -219,7 +226,7 @@ class Estimate(Viewable):
     moving: Annotated[Residual | None, at("torque_residual_in_motion"), OPTIONAL] = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "possible", self.physical.reason is None)
+        object.__setattr__(self, "possible", self.physical.possible)
 
     def __repr__(self) -> str:
         """Return robot, model, method and verdict."""

@@ -110,10 +110,10 @@ def parameters_use(
     bound, count = settled.at_bound, len(parameters)
     weak = [p.name for p in parameters if p.relative_std_percent > KNOWN and p.name not in bound]
     known = [p.name for p in parameters if p.relative_std_percent <= KNOWN and p.name not in bound]
-    impossible = settled.physical.reason
-    if impossible is not None and not hidden:
-        text = f"not physically possible: {impossible.text}"
-        reasons.append(replace(impossible, text=text))
+    against = settled.physical.reason
+    if against is not None and not hidden:
+        prefix = "" if settled.physical.possible is None else "not physically possible: "
+        reasons.append(replace(against, text=f"{prefix}{against.text}"))
     for kind, some, what in (
         ("not_determined", hidden, OPEN),
         ("weak", weak, f"{len(weak)} of {count} are weak (std above {KNOWN:g} %)"),

@@ -15,11 +15,12 @@ import numpy as np
 from symgen import names
 from symgen.errors import ParameterError
 from symgen.estimation.values import FloatArray
-from symgen.identification.possible import Cone, deviation_axes, nearest_moves
+from symgen.identification.interior import Positive, minimise
+from symgen.identification.possible import deviation_axes
 from symgen.identification.pseudo_inertia import (
-    IDENTITY,
+    BASIS,
     LENGTH,
-    MATRIX,
+    UNIT,
     about_centre,
     parameters_of,
     pseudo_inertia,
@@ -34,6 +35,8 @@ UNITS = np.array([*[LENGTH**2] * 6, *[LENGTH] * 3, 1.0])
 #: Small number in these units: step of derivatives, smallest eigenvalue of the pseudo-inertia of a
 #: possible load, and largest share of an undetermined direction in a determined quantity.
 SMALL = 1e-6
+#: Weight of the squared size of undetermined directions.
+_FAINT = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,22 +87,25 @@ class Load:
 
         Args:
             mass: known mass of the load, kg, which is kept; None if unknown.
-
-        Raises:
-            ParameterError: the solver finds no solution.
         """
-        scale = UNITS * abs(float(self.s[-1]))
+        scale = UNITS * abs(float(self.s[-1]) if mass is None else mass)
         x0 = self.s / scale
         if not self.null.size and np.linalg.eigvalsh(pseudo_inertia(x0))[0] > 0:
             return self
-        onto = np.hstack([self.null, deviation_axes(self.covariance) / scale[:, None]])
-        cones = [Cone("semidefinite", MATRIX @ onto, MATRIX @ x0 - SMALL * IDENTITY)]
-        if mass is not None:
-            cones.append(Cone("zero", onto[-1:], x0[-1:] - mass / scale[-1]))
-        move = next(nearest_moves(self.null.shape[1], cones), None)
-        if move is None:
-            raise ParameterError("no possible load is near the estimate")
-        return Load((x0 + onto @ move) * scale, self.covariance, self.null)
+        L = deviation_axes(self.covariance) / scale[:, None]
+        onto = np.hstack([self.null, L])
+        free = self.null.shape[1]
+        weights = np.append(np.full(free, _FAINT), np.ones(len(L)))
+        start = np.append(np.zeros(free), np.linalg.solve(L, UNIT - x0))
+        ways = np.eye(len(start))
+        if mass is not None:  # the ways that keep it
+            ways = np.linalg.qr(onto[-1:].T, mode="complete")[0][:, 1:]
+        slopes = np.einsum("pn,pab->abn", onto @ ways, BASIS)
+        body = Positive(slopes[None], ((1 - SMALL) * np.eye(4))[None])
+        weighted = ways.T * weights
+        w = minimise(weighted @ ways, weighted @ start, [body], np.zeros(ways.shape[1])).y
+        x = x0 + onto @ (start + ways @ w)
+        return Load(x * scale, self.covariance, self.null)
 
 
 def read_off(s: FloatArray) -> FloatArray:

@@ -138,7 +138,7 @@ def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
     Raises:
         ParameterError: a value is not finite, or the result of method consistent is not possible.
     """
-    if estimate.method.startswith("consistent") and not estimate.possible:
+    if estimate.method.startswith("consistent") and estimate.possible is False:
         raise ParameterError(
             f"{estimate.robot}: not exported, the parameters are not physically possible: "
             f"{estimate.physical.text}"

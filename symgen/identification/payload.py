@@ -409,13 +409,9 @@ def _quantities(
         gain: relative standard deviation of the gains of the drives, which scale masses and
             inertias.
     """
-    body, notes = estimated, list[str]()
-    try:
-        body = estimated.nearest(mass)
-        if body is not estimated:
-            notes.append("the load is the most probable one that is physically possible")
-    except ParameterError as error:
-        notes.append(f"not checked whether the load is physically possible: {error}")
+    body, notes = estimated.nearest(mass), list[str]()
+    if body is not estimated:
+        notes.append("the load is the most probable one that is physically possible")
     values, std, known = read_off(body.s), estimated.std(), estimated.determined()
     scaled = np.array([1.0, 0, 0, 0, *[1.0] * 6])
     if mass is not None:

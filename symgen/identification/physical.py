@@ -8,13 +8,6 @@ their pseudo-inertias. It has no units and is the same in every frame (Lee, Wens
 At the limit of the possible, almost no links give X, and they may weigh tonnes. X = X0 + L z may
 then move slightly, with L L' its covariance, and |z / 0.01|^2 is added to the sum.
 
-With C = R R' and Q = R^-1 P R^-T, a lower triangular Z and its diagonal bound log det Q from below:
-
-    [[Q, Z], [Z', diag Z]] positive semidefinite,   log det Q >= sum of log Z_ii
-
-Semidefinite and exponential cones therefore express the divergence (Ben-Tal and Nemirovski 2001,
-section 4.2).
-
 Torques in N mm or in kN m fit equally well, with parameters a thousand times too large or small.
 The inertia M_jj of a joint, divided by the square of the robot's reach from the joint, is an
 apparent mass. A note warns if this mass is tonnes for all joints, or a few grams for all joints.
@@ -23,7 +16,6 @@ apparent mass. A note warns if this mass is tonnes for all joints, or a few gram
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,13 +26,12 @@ from symgen.data.raw import Bools
 from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
+from symgen.identification.interior import minimise
 from symgen.identification.parameters import is_finite, mass_matrices
 from symgen.identification.possible import (
     CERTAIN,
-    Cone,
     Constraints,
-    deviation_axes,
-    minimise,
+    Margin,
     nearest_possible,
 )
 from symgen.identification.pseudo_inertia import (
@@ -48,7 +39,6 @@ from symgen.identification.pseudo_inertia import (
     LENGTH,
     about_centre,
     least_eigenvalues,
-    triangle_vector,
 )
 from symgen.identification.simulation import motion_states, some_states
 from symgen.names import REVOLUTE
@@ -58,8 +48,9 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Weight of the size of parameters that are not in the prior.
 _UNNAMED = 1e-3
-#: Standard deviations by which X may move at the limit of the possible.
-_STRAY = 0.01
+#: Margin below which X is at the limit of the possible, and the standard deviations by which it may
+#: move there.
+_AT_LIMIT, _STRAY = 1e-6, 0.01
 
 
 def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
@@ -137,8 +128,8 @@ def link_parameters(
         covariance = np.asarray(nearest, dtype=float)
         problem = Constraints.of(model, nearest_possible(model, X0, covariance).X)
         if covariance.shape == (len(X0),) * 2 and np.isfinite(covariance).all():
-            L = deviation_axes(covariance)
-    elif fault := problem.fault():
+            L = problem.axes(covariance)
+    elif fault := problem.fault()[0]:
         raise ParameterError(
             f"{model.robot.name}: no link parameters give these base parameters: {fault}; "
             "accepted: nearest=covariance of X, for the nearest possible values"
@@ -188,15 +179,11 @@ def _closest(
         within = fixed.margin()
         if within.value > CERTAIN:
             room, margin, is_body = fixed, within, is_body[~frames]
-    x, X = room.onto @ margin.y + room.at, room.X  # the fallback if the solver fails
-    for wider in (room,) if L is None else (room, room.loosened(L)):
-        with suppress(ParameterError):
-            y = _nearest_links(wider, target, named, is_body, margin.value)
-            nearest = wider.onto @ y + wider.at
-            if least_eigenvalues(nearest[room.links]).min() > 0:
-                x = nearest
-                X = room.X if wider is room else room.G @ (x * room.scale)
-                break
+    at_limit = margin.value < _AT_LIMIT
+    if at_limit and L is not None:
+        room = room.loosened(L)
+    x = room.onto @ _nearest_links(room, target, named, is_body, margin) + room.at
+    X = room.G @ (x * room.scale) if at_limit and L is not None else room.X
     s: FloatArray = x * room.scale
     s[room.positive] = np.maximum(s[room.positive], 0.0)
     s[room.heads] = X - room.G[:, problem.free] @ s[problem.free]
@@ -219,66 +206,33 @@ def _nearest_links(
     target: FloatArray,
     named: Bools,
     is_body: Bools,
-    margin: float,
+    margin: Margin,
 ) -> FloatArray:
     """Return y (m,) of the x = onto y + at whose links are nearest to a target.
 
         minimise sum over bodies of tr Q - log det Q + 1/2 sum over the others of w (x - target)^2
 
-    The eigenvalues of the other links are at least half of `margin`.
+    The eigenvalues of the other links are at least half of the margin.
 
     Args:
         room: constraints of y.
         target: (s,) target in the units of x.
         named: (s,) whether the prior has a parameter; others have a weight of a thousandth.
         is_body: (L,) whether a link is a body of positive mass in the target.
-        margin: the largest lower bound of eigenvalues that all links can satisfy.
+        margin: parameters with the largest lower bound of eigenvalues of all links.
     """
     weight = np.where(named | (not named.any()), 1.0, _UNNAMED)
     weight[room.links[is_body]] = 0.0
     weighted = room.onto.T * weight
     P, c = weighted @ room.onto, weighted @ (room.at - target)
-    m, loose = len(c), len(c) - len(room.free)
-    P[m - loose :, m - loose :] += np.eye(loose) / _STRAY**2
-    size = m + is_body.sum() * _VARIABLES
-    P, c = np.pad(P, (0, size - m)), np.pad(c, (0, size - m))
-    cones = room.cones(np.where(is_body, 0.0, margin / 2))
-    cones = [Cone(k.kind, np.pad(k.E, ((0, 0), (0, size - m))), k.f) for k in cones]
-    first = m
+    loose = len(c) - len(room.free)
+    P[len(room.free) :, len(room.free) :] += np.eye(loose) / _STRAY**2
     for link in room.links[is_body]:
-        R = np.linalg.cholesky(np.tensordot(target[link], BASIS, 1))
-        inverse = np.linalg.inv(R)
-        units = inverse @ BASIS @ inverse.T  # Q of each unit parameter
-        c[:m] += np.trace(units, axis1=1, axis2=2) @ room.onto[link]
-        logs = np.arange(first + len(_LOWER), first + _VARIABLES)
-        c[logs] = -1.0
-        E = np.zeros((len(_FRAME[0]), size))
-        in_corner = np.array([triangle_vector(np.pad(Q, (0, 4))) for Q in units]).T
-        E[:, :m] = in_corner @ room.onto[link]
-        E[:, first : first + len(_LOWER)] = _FRAME.T
-        cones.append(Cone("semidefinite", E, in_corner @ room.at[link]))
-        for place, log in zip(_DIAGONAL, logs, strict=True):
-            E = np.zeros((3, size))
-            E[0, log] = E[2, first + place] = 1.0
-            cones.append(Cone("exponential", E, np.array([0.0, 1.0, 0.0])))
-        first += _VARIABLES
-    return minimise(P, c, cones)[0][:m]
-
-
-def _frame(row: int, column: int) -> FloatArray:
-    """Return [[0, Z], [Z', diag Z]] of a unit entry of Z, as a vector (36,)."""
-    out = np.zeros((8, 8))
-    out[row, 4 + column] = out[4 + column, row] = 1.0
-    if row == column:
-        out[4 + row, 4 + row] = 1.0
-    return triangle_vector(out)
-
-
-#: Entries of a lower triangular Z; their matrices; places of the diagonal; variables of a link.
-_LOWER = [(row, column) for row in range(4) for column in range(row + 1)]
-_FRAME = np.array([_frame(*entry) for entry in _LOWER])
-_DIAGONAL = [k for k, (row, column) in enumerate(_LOWER) if row == column]
-_VARIABLES = len(_LOWER) + len(_DIAGONAL)
+        inverse = np.linalg.inv(np.tensordot(target[link], BASIS, 1))
+        c += np.tensordot(BASIS, inverse, 2) @ room.onto[link]  # the trace of Q
+    floors = np.where(is_body, 0.0, margin.value / 2)
+    constraints = [room.bodies(floors, is_body.astype(float)), room.signs()]
+    return minimise(P, c, constraints, np.pad(margin.y, (0, loose))).y
 
 
 #: Limits of a plausible apparent mass, kg: a few coins, and a lorry.

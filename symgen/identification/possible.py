@@ -16,17 +16,15 @@ The nearest possible X to an estimate X0 of covariance C minimises the whitened 
 
 over z and the free standard parameters y. The optimum has size one for any precision of the logs.
 
-Clarabel (Goulart and Chen 2024) solves such programs, which have a quadratic objective, affine
-equations, signs and semidefinite matrices:
-
-    minimise 1/2 y'P y + c'y   with   E y + f in a cone
+`symgen.identification.interior` solves such programs. It starts at a possible robot and visits only
+possible ones, therefore there is always an answer. X is possible if some links give it, and is not
+if dual matrices prove that none do. How the search ends decides nothing.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -37,7 +35,8 @@ from symgen.codegen.model import Model, regrouping
 from symgen.data.raw import Places
 from symgen.errors import ParameterError
 from symgen.estimation.values import FloatArray
-from symgen.identification.pseudo_inertia import IDENTITY, LENGTH, MATRIX, UNIT, least_eigenvalues
+from symgen.identification.interior import Positive, minimise
+from symgen.identification.pseudo_inertia import BASIS, LENGTH, UNIT
 from symgen.robot.expressions import six_digits
 from symgen.robot.types import Robot
 
@@ -50,20 +49,12 @@ _MARGIN = 1e-7
 _ENOUGH = 1e-3
 #: Largest trace of a pseudo-inertia, in the robot's units.
 _LARGEST = 300.0
-#: Weight of the squared size of variables that have no other weight.
-_FAINT = 1e-6
-#: Units of distance that the search for the nearest robot tries in turn, in standard deviations.
-_DISTANCES = (1.0, 10.0, 1e2, 1e3, 1e6, 1e9)
 #: A negative value of this size, in the robot's units, is a rounding error.
 _ROUNDING = 1e-12
 #: Smallest share of a link in the violated constraints for which a message names it.
 _BLAMED = 0.1
 #: Smallest eigenvalue of a correlation matrix.
 _SMALLEST = 1e-10
-#: Accuracy of the solver.
-_ACCURACY = 1e-10
-#: Statuses of the solver: solved to the accuracy, or to a hundred times that for decisions.
-_SOLVED, _DECIDED = ("Solved",), ("Solved", "AlmostSolved")
 #: Factor and power of the length in the robot's unit, for each unit of a parameter. Parameters of
 #: effects have no constraints and no scaling.
 _UNITS = {
@@ -91,12 +82,14 @@ class Possible:
         at_bound: names of the parameters that a constraint holds at zero or moves by more than
             their standard deviation. Their standard deviations are not valid.
         fault: a text that says why the estimate is not possible; "" if it is possible.
+        is_decided: whether it is certain that the estimate is possible, or that it is not.
     """
 
     X: FloatArray
     distance: float = 0.0
     at_bound: tuple[str, ...] = ()
     fault: str = ""
+    is_decided: bool = True
 
 
 def nearest_possible(model: Model, X: FloatArray, covariance: FloatArray) -> Possible:
@@ -113,33 +106,48 @@ def nearest_possible(model: Model, X: FloatArray, covariance: FloatArray) -> Pos
         covariance: covariance C of X0, (p, p).
 
     Raises:
-        ParameterError: X are not base parameters of this robot, the covariance is not a finite
-            matrix with a positive diagonal, or the solver finds no possible parameters.
+        ParameterError: X are not base parameters of this robot, or the covariance is not a finite
+            matrix with a positive diagonal.
     """
     problem = Constraints.of(model, X)
-    fault = problem.fault()
+    fault, is_decided = problem.fault()
     if not fault:
         return Possible(problem.X)
     p = len(problem.X)
     variances = np.diag(covariance) if np.shape(covariance) == (p, p) else np.zeros(p)
     if not (np.isfinite(covariance).all() and (variances > 0).all()):
         raise ParameterError(f"the covariance is not a ({p}, {p}) matrix with a positive diagonal")
-    L = deviation_axes(covariance)
+    L = problem.axes(covariance)
     wider = problem.loosened(L)
-    for move in nearest_moves(problem.onto.shape[1], wider.cones(_MARGIN)):
-        x = wider.onto @ move + wider.at
-        signed = x[problem.positive]
-        x[problem.positive] = np.where(signed > _MARGIN, signed, 0.0)
-        if least_eigenvalues(x[problem.links]).min() > 0:
-            break
-    else:
-        raise ParameterError(f"{fault}; the solver finds no possible robot near these parameters")
+    x = wider.onto @ _nearest(wider, L) + wider.at
+    signed = x[problem.positive]
+    x[problem.positive] = np.where(signed > _MARGIN, signed, 0.0)
     near = problem.G @ (x * problem.scale)
     distance = float(np.linalg.norm(np.linalg.solve(L, near - problem.X)))
     at_zero = np.isin(problem.heads, problem.positive) & (near == 0)
     bound = at_zero | (np.abs(near - problem.X) > np.sqrt(variances))
     at_bound = tuple(name for name, held in zip(model.base.names, bound, strict=True) if held)
-    return Possible(near, distance, at_bound, fault)
+    return Possible(near, distance, at_bound, fault, is_decided)
+
+
+def _nearest(problem: Constraints, L: FloatArray) -> FloatArray:
+    """Return the variables (y, z) of the possible parameters with the smallest |z|.
+
+    The search starts at the robot whose pseudo-inertias are unit matrices.
+
+    Args:
+        problem: constraints of y and z.
+        L: axes of z, with X = X0 + L z.
+    """
+    start = np.zeros(len(problem.at))
+    start[problem.links] = UNIT
+    start[problem.positive] = 1.0
+    z = np.linalg.solve(L, problem.G @ (start * problem.scale) - problem.X)
+    free = len(problem.free)
+    weights = np.diag(np.arange(free + len(z)) >= free).astype(float)
+    constraints = [problem.bodies(_MARGIN), problem.traces(), problem.signs()]
+    y = np.append(start[problem.free], z)
+    return minimise(weights, np.zeros(len(y)), constraints, y).y
 
 
 class Margin(NamedTuple):
@@ -147,11 +155,13 @@ class Margin(NamedTuple):
 
     Attributes:
         value: the largest t with P_j - t I positive semidefinite for every link j, up to 1e-3.
+        bound: an upper bound of the largest t, which the dual matrices prove.
         y: (m,) variables at this t.
         blame: (L,) share of each link in the constraints that limit t.
     """
 
     value: float
+    bound: float
     y: FloatArray
     blame: FloatArray
 
@@ -214,56 +224,75 @@ class Constraints:
         at[heads] = X / scale[heads]
         return cls(model, X, G, scale, heads, free, onto, at, links, np.flatnonzero(drives))
 
+    def axes(self, covariance: FloatArray) -> FloatArray:
+        """Return the axes L (p, p) of the deviations of X from an estimate of covariance C.
+
+            L L' = (C^-1 + D^-1)^-1
+
+        D contains the squares of the largest parameters of a robot. What the logs do not determine
+        therefore stays near the estimate.
+        """
+        std = np.sqrt(np.diag(covariance))
+        sizes = np.outer(std, std)
+        correlation = covariance / sizes
+        largest = np.diag((_LARGEST * self.scale[self.heads] / std) ** 2)
+        bounded = correlation @ np.linalg.solve(correlation + largest, largest)
+        return deviation_axes(sizes * (bounded + bounded.T) / 2)
+
     def loosened(self, L: FloatArray) -> Constraints:
         """Return constraints in which X may move by L z, with z after the variables y."""
         moved = np.zeros((len(self.at), L.shape[1]))
         moved[self.heads] = L / self.scale[self.heads, None]
         return replace(self, onto=np.hstack([self.onto, moved]))
 
-    def cones(self, least: float | FloatArray = 0.0) -> list[Cone]:
-        """Return the cones of y: bodies of the links, and non-negative friction and rotor inertia.
+    def bodies(self, least: float | FloatArray = 0.0, weight: FloatArray | float = 0.0) -> Positive:
+        """Return the pseudo-inertias of y, minus a multiple of the unit matrix.
 
         Args:
             least: lower bound of the eigenvalues of the pseudo-inertias, a number or (L,).
+            weight: weight of the log-determinant of each link, a number or (L,).
         """
-        floors = np.broadcast_to(least, len(self.links))
-        out = [
-            Cone("semidefinite", MATRIX @ self.onto[k], MATRIX @ self.at[k] - floor * IDENTITY)
-            for k, floor in zip(self.links, floors, strict=True)
-        ]
-        return [*out, Cone("nonnegative", self.onto[self.positive], self.at[self.positive])]
+        slopes = np.einsum("lpn,pab->labn", self.onto[self.links], BASIS)
+        floors = np.broadcast_to(least, len(self.links))[:, None, None] * np.eye(4)
+        return Positive(slopes, np.tensordot(self.at[self.links], BASIS, 1) - floors, weight)
+
+    def traces(self) -> Positive:
+        """Return how far the traces of the pseudo-inertias are below their upper limit."""
+        traces = np.trace(BASIS, axis1=1, axis2=2)
+        slopes = np.tensordot(traces, self.onto[self.links], (0, 1))
+        return Positive.numbers(-slopes, _LARGEST - self.at[self.links] @ traces)
+
+    def signs(self) -> Positive:
+        """Return the friction and rotor inertia that vary with y, plus a negligible number."""
+        varying = self._varying
+        return Positive.numbers(self.onto[varying], self.at[varying] + 2 * CERTAIN)
+
+    @property
+    def _varying(self) -> Places:
+        """Indices of the friction and rotor inertia that vary with y."""
+        varying: Places = self.positive[self.onto[self.positive].any(axis=1)]
+        return varying
 
     def margin(self) -> Margin:
         """Return the largest margin of parameters that give X.
 
-        Raises:
-            ParameterError: the solver fails.
+        Friction and rotor inertia that vary with y exceed the margin as well.
         """
         narrowed = np.zeros(len(self.at))
         narrowed[self.links] = -UNIT
+        narrowed[self._varying] = -1.0
         wider = replace(self, onto=np.column_stack([self.onto, narrowed]))
+        bodies, signs = wider.bodies(), wider.signs()
         t = np.eye(wider.onto.shape[1])[-1]
-        trace = IDENTITY @ MATRIX
-        growth = np.tensordot(trace, self.onto[self.links], (0, 1))
-        cones = [
-            *wider.cones(),
-            Cone(
-                "nonnegative",
-                -np.pad(growth, ((0, 0), (0, 1))),
-                _LARGEST - self.at[self.links] @ trace,
-            ),
-            Cone("nonnegative", -t[None], np.array([_ENOUGH])),
-        ]
-        y, duals = minimise(np.zeros((len(t), len(t))), -t, cones)
-        blame = np.array([IDENTITY @ dual for dual in duals[: len(self.links)]])
-        return Margin(float(y[-1]), y[:-1], blame)
+        enough = Positive.numbers(-t[None], np.array([_ENOUGH]))
+        lowest = min(np.linalg.eigvalsh(bodies.f).min(), signs.f.min(initial=0.0))
+        constraints = [bodies, signs, wider.traces(), enough]
+        y, duals, gap = minimise(np.zeros((len(t), len(t))), -t, constraints, (lowest - 1.0) * t)
+        blame = np.trace(duals[0], axis1=1, axis2=2)
+        return Margin(float(y[-1]), float(y[-1]) + gap, y[:-1], blame)
 
-    def fault(self) -> str:
-        """Return a text that says why no link parameters give X, or "" if some do.
-
-        Raises:
-            ParameterError: the solver fails.
-        """
+    def fault(self) -> tuple[str, bool]:
+        """Return why no link parameters give X, or "" if some do, and whether this is certain."""
         prefixes = [p.prefix for p in self.model.base.standard]
         never_negative = np.isin(prefixes, (*_DIAGONAL, *POSITIVE))
         wrong = []
@@ -276,15 +305,19 @@ class Constraints:
                 wrong.append(f"{p.name} is {self.X[k]:.4g} and cannot be negative{formula}")
         if wrong:
             more = wrong[3:]
-            return "; ".join(wrong[:3]) + (f"; {len(more)} more" if more else "")
-        value, _, blame = self.margin()
+            return "; ".join(wrong[:3]) + (f"; {len(more)} more" if more else ""), True
+        value, bound, _, blame = self.margin()
         if value > CERTAIN:
-            return ""
+            return "", True
+        if bound > CERTAIN:
+            return "it could not be decided whether a robot can have these parameters", False
         blamed = sorted(k for k in np.argsort(-blame, kind="stable")[:3] if blame[k] > _BLAMED)
         standard = self.model.base.standard
         numbers = [standard[self.links[k][0]].name.removeprefix(names.LINK[0]) for k in blamed]
         links = " and ".join(f"link {number}" for number in numbers)
-        return f"the inertia of {links} cannot be positive definite"
+        if not links:
+            return "friction and rotor inertia cannot all be positive", True
+        return f"the inertia of {links} cannot be positive definite", True
 
 
 def _units(model: Model) -> FloatArray:
@@ -302,80 +335,6 @@ def _length(robot: Robot) -> float:
     plain = robot.with_values()
     lengths = [abs(float(e)) for j in plain.joints for e in (j.b, j.d, j.r) if e != 0]
     return sum(lengths) / len(lengths) if lengths else LENGTH
-
-
-@dataclass(frozen=True, eq=False)
-class Cone:
-    """The constraint that E y + f lies in a cone, with E (m, n) and f (m,).
-
-    `kind` is "zero", "nonnegative", "semidefinite" or "exponential": v2 exp(v1/v2) <= v3, with
-    v = E y + f.
-    """
-
-    kind: str
-    E: FloatArray
-    f: FloatArray
-
-
-def minimise(
-    P: FloatArray, c: FloatArray, cones: Sequence[Cone], accepted: Sequence[str] = _DECIDED
-) -> tuple[FloatArray, list[FloatArray]]:
-    """Minimise 1/2 y'P y + c'y; return y (n,) and the dual vector of each cone.
-
-    Args:
-        P: positive semidefinite matrix (n, n).
-        c: vector (n,).
-        cones: constraints on y.
-        accepted: statuses of Clarabel that count as a solution.
-
-    Raises:
-        ParameterError: Clarabel finds no solution.
-    """
-    import clarabel
-    from scipy.sparse import csc_matrix
-
-    kinds = {
-        "zero": clarabel.ZeroConeT,
-        "nonnegative": clarabel.NonnegativeConeT,
-        "semidefinite": lambda m: clarabel.PSDTriangleConeT(math.isqrt(2 * m)),
-        "exponential": lambda _: clarabel.ExponentialConeT(),
-    }
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    for name in ("gap_abs", "gap_rel", "feas"):
-        setattr(settings, f"tol_{name}", _ACCURACY)
-        setattr(settings, f"reduced_tol_{name}", 100 * _ACCURACY)
-    solution = clarabel.DefaultSolver(
-        csc_matrix(np.triu(P)),
-        c,
-        csc_matrix(-np.concatenate([cone.E for cone in cones])),
-        np.concatenate([cone.f for cone in cones]),
-        [kinds[cone.kind](len(cone.f)) for cone in cones],
-        settings,
-    ).solve()
-    if str(solution.status) not in accepted:
-        raise ParameterError(f"the solver Clarabel ends with {solution.status}")
-    ends = np.cumsum([len(cone.f) for cone in cones])[:-1]
-    return np.array(solution.x), np.split(np.array(solution.z), ends)
-
-
-def nearest_moves(free: int, cones: Sequence[Cone]) -> Iterator[FloatArray]:
-    """Yield minimisers (y, z) of |z/unit|^2 + faint |y|^2 for growing units of distance.
-
-    The solver needs variables of size one, but the distance |z| of the nearest point is unknown.
-    The first solution, with the smallest unit, is the most accurate one.
-
-    Args:
-        free: number of variables y, which come first.
-        cones: constraints on (y, z).
-    """
-    n = cones[0].E.shape[1]
-    weights, size = np.ones(n), np.ones(n)
-    weights[:free] = _FAINT
-    for size[free:] in _DISTANCES:
-        scaled = [replace(cone, E=cone.E * size) for cone in cones]
-        with suppress(ParameterError):
-            yield size * minimise(np.diag(weights), np.zeros(n), scaled, _SOLVED)[0]
 
 
 def deviation_axes(covariance: FloatArray) -> FloatArray:

@@ -57,9 +57,6 @@ def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
         method: "auto" compares both, "consistent" takes the possible one, and other methods take
             the solution without constraints.
         least: the solution without constraints.
-
-    Raises:
-        ParameterError: the method is "consistent" and the solver finds no possible parameters.
     """
     model = chosen.run.evaluator.model
     base = method.unconstrained
@@ -72,11 +69,9 @@ def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
         if not near.fault:
             return Settled(least, method if method.name == CONSISTENT else base, Consistency(0.0))
         errors = held_out_errors(model, chosen.best.blocks, least.covariance)
-    except ParameterError as error:
-        if method.name == CONSISTENT:
-            raise
-        reason = Reason("no_possible_robot", text=f"{error}; {_DIAGNOSE}")
-        return Settled(least, base, Consistency(None, reason))
+    except ParameterError as error:  # the covariance is not that of all parameters
+        text = f"it could not be decided whether a robot can have these parameters: {error}"
+        return Settled(least, base, Consistency(None, Reason("undecided", text=text)))
     free, bounded = errors
     held_out = free.relative, bounded.relative
     if not method.is_bounded:
@@ -84,7 +79,8 @@ def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
     elif method.name != CONSISTENT and bounded.relative > largest_error(free.relative):
         reason = _missing(near, free, bounded, model.robot)
     if reason is not None:
-        return Settled(least, base, Consistency(near.distance, reason, held_out))
+        distance = near.distance if near.is_decided else None
+        return Settled(least, base, Consistency(distance, reason, held_out))
     moved = _moved(model, least, near, base.name)
     taken = replace(method, name=CONSISTENT)
     return Settled(moved, taken, Consistency(near.distance, None, held_out), near.at_bound)
@@ -163,7 +159,7 @@ def held_out_errors(
         covariance: covariance of X (p, p), the metric of the distance.
 
     Raises:
-        ParameterError: a fold has no possible parameters.
+        ParameterError: the covariance is not a finite matrix with a positive diagonal.
     """
     equations, torques = blocks
     size = torques.grams[:, :, -1, -1].sum(axis=0)

@@ -12,8 +12,7 @@ from symgen.errors import SymgenError
 from symgen.runtime.build import build_module, find_compiler, missing_compiler
 from symgen.runtime.flags import kernel_flags
 
-_NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "pyarrow",
-           "clarabel")  # fmt: skip
+_NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "pyarrow")
 #: Module, its use, and how to install it.
 _OPTIONAL = (
     ("rosbags", "MCAP files and ROS 2 bags", "symgen[ros]"),

@@ -21,13 +21,12 @@ DOORS = {
     "fsspec": ("data/urls",),
     "rosbags": ("data/bags",),
     "mujoco": ("robot/formats/mjcf", "experiment/mujoco_robot"),
-    "clarabel": ("identification/possible",),
     "pydantic": ("schemas",),
     "click": ("cli", "report/terminal"),
     "rich": ("cli/progress", "report/terminal"),
 }
 HEAVY = {"sympy", "numpy", "scipy", "casadi", "pyarrow", "jinja2", "cffi", "pydantic",
-         "clarabel", "pandas", "rosbags", "mujoco", "dask", "distributed", "fsspec"}  # fmt: skip
+         "pandas", "rosbags", "mujoco", "dask", "distributed", "fsspec"}  # fmt: skip
 
 
 def _imports(path: Path) -> set[str]:

@@ -67,7 +67,7 @@ def test_the_command_prints_a_table_and_ends_with_0() -> None:
     )
     assert done.returncode == 0, done.stderr
     assert "C compiler" in done.stdout
-    assert "clarabel" in done.stdout
+    assert "casadi" in done.stdout
 
 
 def test_what_to_do_is_whole_in_a_narrow_terminal(monkeypatch: pytest.MonkeyPatch, command) -> None:
