@@ -31,10 +31,10 @@ _NEAR = 1e-10
 _FAINT = 1e-13
 #: Newton steps for each size of the barriers, and the decrease that ends them, relative to it.
 _STEPS, _SETTLED = 30, 1e-4
-#: Largest part of the way to the limit of the possible that a step takes.
-_PART = 0.9
-#: A step becomes shorter while the function rises at its end by more than this part of its fall.
-_RISE, _SHORTEST = 0.5, 1e-9
+#: A step is halved while the function rises at its end by more than this part of its first fall.
+_RISE, _HALVINGS = 0.5, 20
+#: Part of the diagonal that is added to the second derivatives.
+_ROUNDING = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class Positive:
     Attributes:
         E: (K, d, d, n) symmetric slopes.
         f: (K, d, d) symmetric offsets.
-        weight: weights w_k of log det A_k, (K,) or a number.
+        weight: weight w of log det A_k, a number or (K,).
     """
 
     E: FloatArray
@@ -56,22 +56,17 @@ class Positive:
         """Return the constraints that the numbers E y + f are positive, E (K, n) and f (K,)."""
         return cls(E[:, None, None, :], f[:, None, None])
 
-    def at(self, y: FloatArray) -> FloatArray:
-        """Return A_k(y), (K, d, d)."""
-        return self.E @ y + self.f
-
-    def whitened(self, y: FloatArray) -> FloatArray:
+    def slopes(self, y: FloatArray) -> FloatArray:
         """Return R_k^-1 E_k R_k^-T (K, d, d, n) with R_k R_k' = A_k(y).
 
         Raises:
             LinAlgError: a matrix is not positive definite.
         """
         K, d, _, n = self.E.shape
-        root = np.linalg.inv(np.linalg.cholesky(self.at(y)))
+        root = np.linalg.inv(np.linalg.cholesky(self.E @ y + self.f))
         half = (root @ self.E.reshape(K, d, d * n)).reshape(K, d, d, n)
         turned = half.swapaxes(1, 2).reshape(K, d, d * n)
-        out: FloatArray = (root @ turned).reshape(K, d, d, n)
-        return out
+        return np.asarray((root @ turned).reshape(K, d, d, n))
 
 
 class Minimum(NamedTuple):
@@ -79,13 +74,13 @@ class Minimum(NamedTuple):
 
     Attributes:
         y: (n,) variables, which satisfy the constraints.
-        duals: dual matrices (K, d, d) of each set of constraints.
-        gap: the function is at most this much above its smallest value, as feasible dual matrices
-            prove; infinite if the last step of the search is too long for this proof.
+        barriers: sizes m_k of the barriers of all constraints.
+        gap: a linear function is at most this much above its smallest value, as dual matrices
+            prove; infinite if the last Newton step is too long for this proof.
     """
 
     y: FloatArray
-    duals: list[FloatArray]
+    barriers: FloatArray
     gap: float
 
 
@@ -100,76 +95,67 @@ def minimise(
         constraints: matrices that are positive definite.
         y: (n,) variables that satisfy the constraints.
     """
-    barriers = [np.full(len(k.f), _size(P, c, y)) for k in constraints]
-    while True:
-        y, step = _centred(P, c, constraints, barriers, y)
-        values = [k.at(y) for k in constraints]
-        least = _FAINT * _size(P, c, y)
-        falling = [
-            (m > least) & (np.linalg.eigvalsh(A)[:, 0] > _NEAR)
-            for m, A in zip(barriers, values, strict=True)
-        ]
-        if not any(some.any() for some in falling):
-            break
-        barriers = [np.where(some, _FALL * m, m) for some, m in zip(falling, barriers, strict=True)]
-    gap = 0.0
-    for k, m in zip(constraints, barriers, strict=True):
-        turns = k.whitened(y) @ step  # the dual matrices after the step are m R^-T (I - turn) R^-1
-        is_dual = np.linalg.eigvalsh(turns).max(initial=0.0) <= 1.0
-        gap += float(m @ (k.f.shape[1] - np.trace(turns, axis1=1, axis2=2))) if is_dual else np.inf
-    duals = [m[:, None, None] * np.linalg.inv(A) for m, A in zip(barriers, values, strict=True)]
-    return Minimum(y, duals, gap)
-
-
-def _size(P: FloatArray, c: FloatArray, y: FloatArray) -> float:
-    """Return the size of the function without logarithms, at least 1."""
-    return max(1.0, abs(float(y @ P @ y / 2 + c @ y)))
+    ends = np.cumsum([len(k.f) for k in constraints])
+    barriers = np.full(ends[-1], np.inf)
+    falling = barriers > 0
+    while falling.any():
+        size = max(1.0, abs(float(y @ P @ y / 2 + c @ y)))
+        barriers[falling] = np.minimum(size, _FALL * barriers[falling])
+        sizes = np.split(barriers, ends[:-1])
+        weights = [k.weight + m for k, m in zip(constraints, sizes, strict=True)]
+        y, fall = _centred(P, c, constraints, weights, y, _SETTLED * float(barriers.min()))
+        nearest = [np.linalg.eigvalsh(k.E @ y + k.f)[:, 0] for k in constraints]
+        falling = (barriers > _FAINT * size) & (np.concatenate(nearest) > _NEAR)
+    # After a step with this fall, the dual matrices m R^-T (I - S) R^-1 have |S| of at most 1.
+    largest = max(k.f.shape[1] for k in constraints)
+    gap = 2 * largest * float(barriers.sum()) if fall <= barriers.min() else np.inf
+    return Minimum(y, barriers, gap)
 
 
 def _centred(
     P: FloatArray,
     c: FloatArray,
     constraints: Sequence[Positive],
-    barriers: Sequence[FloatArray],
+    weights: Sequence[FloatArray],
     y: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Return the minimum of the function with barriers, and the next Newton step from it."""
-    weights = [k.weight + m for k, m in zip(constraints, barriers, strict=True)]
-    enough = _SETTLED * min(m.min(initial=np.inf) for m in barriers)
-    slopes = [k.whitened(y) for k in constraints]
+    enough: float,
+) -> tuple[FloatArray, float]:
+    """Return the minimum of the function with barriers, and the fall along the next Newton step.
+
+    Newton steps end where the fall is at most `enough`.
+    """
+    gradient, H = _derivatives(P, c, constraints, weights, y)
     for _ in range(_STEPS):
-        gradient, H = P @ y + c, P.copy()
-        for w, slope in zip(weights, slopes, strict=True):
-            gradient -= w @ np.trace(slope, axis1=1, axis2=2)
-            rows = (np.sqrt(w)[:, None, None, None] * slope).reshape(-1, len(y))
-            H += rows.T @ rows
-        step = -_solve(H, gradient)
-        fall = -gradient @ step
+        size = np.sqrt(np.diag(H) + np.finfo(float).tiny)
+        scaled = H / np.outer(size, size) + _ROUNDING * np.eye(len(y))
+        step = -np.linalg.solve(scaled, gradient / size) / size
+        fall = float(-gradient @ step)
         if not fall > enough:
             break
-        lowest = min(np.linalg.eigvalsh(slope @ step).min(initial=0.0) for slope in slopes)
-        length = 1.0 if lowest > -_PART else -_PART / lowest
-        while length > _SHORTEST:
-            ahead = y + length * step
+        for halvings in range(_HALVINGS):
+            ahead = y + step / 2**halvings
             with suppress(np.linalg.LinAlgError):
-                slopes_ahead = [k.whitened(ahead) for k in constraints]
-                rise = (P @ ahead + c) @ step
-                for w, slope in zip(weights, slopes_ahead, strict=True):
-                    rise -= w @ np.trace(slope, axis1=1, axis2=2) @ step
-                if rise < _RISE * fall:
+                there = _derivatives(P, c, constraints, weights, ahead)
+                if there[0] @ step < _RISE * fall:
                     break
-            length /= 2
         else:
             break
-        y, slopes = ahead, slopes_ahead
-    return y, step
+        y, (gradient, H) = ahead, there
+    return y, fall
 
 
-def _solve(H: FloatArray, b: FloatArray) -> FloatArray:
-    """Return H^-1 b for a positive definite H (n, n), whose rows may have very different sizes."""
-    diagonal = np.diag(H)
-    size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    scaled = H / np.outer(size, size)
-    scaled += len(H) * np.finfo(float).eps * np.eye(len(H))
-    out: FloatArray = np.linalg.solve(scaled, b / size) / size
-    return out
+def _derivatives(
+    P: FloatArray,
+    c: FloatArray,
+    constraints: Sequence[Positive],
+    weights: Sequence[FloatArray],
+    y: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the gradient (n,) and the second derivatives (n, n) of the function with barriers."""
+    gradient, H = P @ y + c, P.copy()
+    for k, w in zip(constraints, weights, strict=True):
+        slopes = k.slopes(y)
+        gradient -= w @ np.trace(slopes, axis1=1, axis2=2)
+        rows = (np.sqrt(w)[:, None, None, None] * slopes).reshape(-1, len(y))
+        H += rows.T @ rows
+    return gradient, H

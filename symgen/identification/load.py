@@ -88,6 +88,8 @@ class Load:
         Args:
             mass: known mass of the load, kg, which is kept; None if unknown.
         """
+        from scipy.linalg import null_space
+
         scale = UNITS * abs(float(self.s[-1]) if mass is None else mass)
         x0 = self.s / scale
         if not self.null.size and np.linalg.eigvalsh(pseudo_inertia(x0))[0] > 0:
@@ -97,9 +99,7 @@ class Load:
         free = self.null.shape[1]
         weights = np.append(np.full(free, _FAINT), np.ones(len(L)))
         start = np.append(np.zeros(free), np.linalg.solve(L, UNIT - x0))
-        ways = np.eye(len(start))
-        if mass is not None:  # the ways that keep it
-            ways = np.linalg.qr(onto[-1:].T, mode="complete")[0][:, 1:]
+        ways = null_space(onto[-1:] * (mass is not None))  # they keep a known mass
         slopes = np.einsum("pn,pab->abn", onto @ ways, BASIS)
         body = Positive(slopes[None], ((1 - SMALL) * np.eye(4))[None])
         weighted = ways.T * weights

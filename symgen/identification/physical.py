@@ -230,7 +230,7 @@ def _nearest_links(
     for link in room.links[is_body]:
         inverse = np.linalg.inv(np.tensordot(target[link], BASIS, 1))
         c += np.tensordot(BASIS, inverse, 2) @ room.onto[link]  # the trace of Q
-    floors = np.where(is_body, 0.0, margin.value / 2)
+    floors = np.minimum(np.where(is_body, 0.0, margin.value / 2), margin.value - CERTAIN)
     constraints = [room.bodies(floors, is_body.astype(float)), room.signs()]
     return minimise(P, c, constraints, np.pad(margin.y, (0, loose))).y
 

@@ -47,13 +47,14 @@ CERTAIN = math.sqrt(np.finfo(float).eps)
 _MARGIN = 1e-7
 #: Upper limit of the margin that `Constraints.margin` maximises.
 _ENOUGH = 1e-3
-#: Largest trace of a pseudo-inertia, in the robot's units.
-_LARGEST = 300.0
+#: Largest trace of a pseudo-inertia, in the robot's units: in the nearest possible parameters, and
+#: of links that give X. The units of both differ by at most _ALIKE, within a number of searches.
+_LARGEST, _LIMIT, _ALIKE, _SEARCHES = 300.0, 1e3, 3.0, 5
 #: A negative value of this size, in the robot's units, is a rounding error.
 _ROUNDING = 1e-12
 #: Smallest share of a link in the violated constraints for which a message names it.
 _BLAMED = 0.1
-#: Smallest eigenvalue of a correlation matrix.
+#: Smallest eigenvalue of a correlation matrix, and standard deviation in the robot's units.
 _SMALLEST = 1e-10
 #: Factor and power of the length in the robot's unit, for each unit of a parameter. Parameters of
 #: effects have no constraints and no scaling.
@@ -117,12 +118,16 @@ def nearest_possible(model: Model, X: FloatArray, covariance: FloatArray) -> Pos
     variances = np.diag(covariance) if np.shape(covariance) == (p, p) else np.zeros(p)
     if not (np.isfinite(covariance).all() and (variances > 0).all()):
         raise ParameterError(f"the covariance is not a ({p}, {p}) matrix with a positive diagonal")
-    L = problem.axes(covariance)
-    wider = problem.loosened(L)
-    x = wider.onto @ _nearest(wider, L) + wider.at
-    signed = x[problem.positive]
-    x[problem.positive] = np.where(signed > _MARGIN, signed, 0.0)
-    near = problem.G @ (x * problem.scale)
+    for _ in range(_SEARCHES):
+        L = problem.axes(covariance)
+        wider = problem.loosened(L)
+        x = wider.onto @ _nearest(wider, L) + wider.at
+        signed = x[problem.positive]
+        x[problem.positive] = np.where(signed > _MARGIN, signed, 0.0)
+        near = problem.G @ (x * problem.scale)
+        unit, problem = problem.scale[0], Constraints.of(model, X, near)
+        if 1 / _ALIKE < problem.scale[0] / unit < _ALIKE:
+            break
     distance = float(np.linalg.norm(np.linalg.solve(L, near - problem.X)))
     at_zero = np.isin(problem.heads, problem.positive) & (near == 0)
     bound = at_zero | (np.abs(near - problem.X) > np.sqrt(variances))
@@ -143,10 +148,9 @@ def _nearest(problem: Constraints, L: FloatArray) -> FloatArray:
     start[problem.links] = UNIT
     start[problem.positive] = 1.0
     z = np.linalg.solve(L, problem.G @ (start * problem.scale) - problem.X)
-    free = len(problem.free)
-    weights = np.diag(np.arange(free + len(z)) >= free).astype(float)
-    constraints = [problem.bodies(_MARGIN), problem.traces(), problem.signs()]
     y = np.append(start[problem.free], z)
+    weights = np.diag(np.arange(len(y)) >= len(problem.free)).astype(float)
+    constraints = [problem.bodies(_MARGIN), problem.traces(_LARGEST), problem.signs()]
     return minimise(weights, np.zeros(len(y)), constraints, y).y
 
 
@@ -194,8 +198,12 @@ class Constraints:
     positive: Places
 
     @classmethod
-    def of(cls, model: Model, X: Sequence[float] | FloatArray) -> Constraints:
+    def of(
+        cls, model: Model, X: Sequence[float] | FloatArray, like: FloatArray | None = None
+    ) -> Constraints:
         """Return the constraints on standard parameters that give X, (p,).
+
+        The units are those of the parameters `like`, (p,); by default of X.
 
         Raises:
             ParameterError: X are not finite base parameters of this robot.
@@ -215,7 +223,8 @@ class Constraints:
         drives[links] = False
         scale = _units(model)
         inertial = heads[: base.inertial]
-        mass = float(np.max(np.abs(X[: base.inertial]) / scale[inertial], initial=0.0))
+        sizes = np.abs(X if like is None else like)[: base.inertial]
+        mass = float(np.max(sizes / scale[inertial], initial=0.0))
         scale = scale * (mass or 1.0)
         # The solver fails on some robots with six joints if X = G s is a separate equation.
         onto = np.eye(n)[:, free]
@@ -230,12 +239,14 @@ class Constraints:
             L L' = (C^-1 + D^-1)^-1
 
         D contains the squares of the largest parameters of a robot. What the logs do not determine
-        therefore stays near the estimate.
+        therefore stays near the estimate. Rounding errors are added.
         """
+        units = self.scale[self.heads]
+        covariance = covariance + np.diag((_SMALLEST * units) ** 2)
         std = np.sqrt(np.diag(covariance))
         sizes = np.outer(std, std)
         correlation = covariance / sizes
-        largest = np.diag((_LARGEST * self.scale[self.heads] / std) ** 2)
+        largest = np.diag((_LARGEST * units / std) ** 2)
         bounded = correlation @ np.linalg.solve(correlation + largest, largest)
         return deviation_axes(sizes * (bounded + bounded.T) / 2)
 
@@ -256,22 +267,15 @@ class Constraints:
         floors = np.broadcast_to(least, len(self.links))[:, None, None] * np.eye(4)
         return Positive(slopes, np.tensordot(self.at[self.links], BASIS, 1) - floors, weight)
 
-    def traces(self) -> Positive:
-        """Return how far the traces of the pseudo-inertias are below their upper limit."""
+    def traces(self, limit: float) -> Positive:
+        """Return how far the traces of the pseudo-inertias are below a limit."""
         traces = np.trace(BASIS, axis1=1, axis2=2)
         slopes = np.tensordot(traces, self.onto[self.links], (0, 1))
-        return Positive.numbers(-slopes, _LARGEST - self.at[self.links] @ traces)
+        return Positive.numbers(-slopes, limit - self.at[self.links] @ traces)
 
     def signs(self) -> Positive:
-        """Return the friction and rotor inertia that vary with y, plus a negligible number."""
-        varying = self._varying
-        return Positive.numbers(self.onto[varying], self.at[varying] + 2 * CERTAIN)
-
-    @property
-    def _varying(self) -> Places:
-        """Indices of the friction and rotor inertia that vary with y."""
-        varying: Places = self.positive[self.onto[self.positive].any(axis=1)]
-        return varying
+        """Return friction and rotor inertia, plus a negligible number."""
+        return Positive.numbers(self.onto[self.positive], self.at[self.positive] + 2 * CERTAIN)
 
     def margin(self) -> Margin:
         """Return the largest margin of parameters that give X.
@@ -280,15 +284,16 @@ class Constraints:
         """
         narrowed = np.zeros(len(self.at))
         narrowed[self.links] = -UNIT
-        narrowed[self._varying] = -1.0
+        narrowed[self.positive] = -1.0 * self.onto[self.positive].any(axis=1)
         wider = replace(self, onto=np.column_stack([self.onto, narrowed]))
         bodies, signs = wider.bodies(), wider.signs()
         t = np.eye(wider.onto.shape[1])[-1]
         enough = Positive.numbers(-t[None], np.array([_ENOUGH]))
         lowest = min(np.linalg.eigvalsh(bodies.f).min(), signs.f.min(initial=0.0))
-        constraints = [bodies, signs, wider.traces(), enough]
-        y, duals, gap = minimise(np.zeros((len(t), len(t))), -t, constraints, (lowest - 1.0) * t)
-        blame = np.trace(duals[0], axis1=1, axis2=2)
+        constraints = [bodies, signs, wider.traces(_LIMIT), enough]
+        y, barriers, gap = minimise(np.zeros((len(t), len(t))), -t, constraints, (lowest - 1.0) * t)
+        inverses = np.linalg.inv(bodies.E @ y + bodies.f)
+        blame = barriers[: len(inverses)] * np.trace(inverses, axis1=1, axis2=2)
         return Margin(float(y[-1]), float(y[-1]) + gap, y[:-1], blame)
 
     def fault(self) -> tuple[str, bool]:

@@ -3,8 +3,7 @@
     P = [[S, m], [m', M]],   S = tr(J)/2 I - J = integral of r r' dm,   m = (MX, MY, MZ)
 
 A pseudo-inertia is positive definite if and only if some body of positive mass density has it
-(Wensing, Kim, Slotine 2018). A solver gets it as a vector: the upper triangle column by column,
-with off-diagonal entries times sqrt(2), so that tr(A B) is a scalar product.
+(Wensing, Kim, Slotine 2018).
 """
 
 from __future__ import annotations
@@ -60,16 +59,8 @@ def _matrices(link: Sequence[float] | FloatArray) -> tuple[FloatArray, FloatArra
     return J, np.array(link[6:9], dtype=float), float(link[9])
 
 
-def triangle_vector(matrix: FloatArray) -> FloatArray:
-    """Return a symmetric matrix (m, m) as a vector (m (m + 1)/2,)."""
-    columns, rows = np.tril_indices(len(matrix))  # the upper triangle, column by column
-    return matrix[rows, columns] * np.where(rows == columns, 1.0, np.sqrt(2.0))
-
-
-#: Pseudo-inertias of unit parameters, (10, 4, 4); the same as columns, (10, 10); I as a vector.
+#: Pseudo-inertias of unit parameters, (10, 4, 4).
 BASIS = np.array([pseudo_inertia(unit) for unit in np.eye(len(names.LINK))])
-MATRIX = np.array([triangle_vector(P) for P in BASIS]).T
-IDENTITY = triangle_vector(np.eye(4))
 #: The link parameters whose pseudo-inertia is I.
 UNIT = parameters_of(np.eye(4))
 

@@ -150,6 +150,18 @@ def test_a_joint_that_hardly_moves_is_suspected(robot, size) -> None:
     assert reason.value == pytest.approx(np.ptp(logs[0][0].q[:, 1]), rel=0.1)
 
 
+@pytest.mark.parametrize("size", sampled([3e-5, 3e-4, 1e-3], 1, always=[3e-4]))
+def test_logs_that_hardly_move_have_a_possible_robot(robot, size) -> None:
+    """One with the torques of least squares, though rotor inertia and friction are unknown."""
+    logs = [log("a", size, 2)], [log("b", size, 3)]
+    found = symgen.identify(robot, logs[0], validation=logs[1], model="torque", method="consistent")
+    assert (found.possible, found.method) == (True, "consistent")
+    assert 0 < found.physical.distance_sigma < 3
+    least, possible = found.physical.held_out
+    assert possible < 1.1 * least
+    symgen.link_parameters(symgen.derive(robot), found.X)
+
+
 def test_a_joint_that_moves_is_trusted(robot) -> None:
     estimate = symgen.identify(robot, [log("a", 1.0, 2)], validation=[log("b", 1.0, 3)])
     assert estimate.verdict == "trusted", estimate.reasons

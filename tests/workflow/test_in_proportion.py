@@ -60,6 +60,7 @@ def test_what_moves_in_proportion_predicts_and_what_is_not_determined_is_named(n
     train, held = log("a", 2, noise=noise), log("b", 3, noise=noise)
     found = symgen.identify(symgen.parse_robot(ROBOT), train, validation=held)
     assert hidden(found) == HIDDEN
+    assert found.to_json()["possible"] is None
     assert found.verdict == "trusted", found.reasons
     # Noise of 1 % of the torque, in a comparison band that lets a part of it pass; sign(qd) at
     # reversals of filtered speeds is the rest.
