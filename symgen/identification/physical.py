@@ -183,9 +183,9 @@ def _closest(
     if at_limit and L is not None:
         room = room.loosened(L)
     x = room.onto @ _nearest_links(room, target, named, is_body, margin) + room.at
-    X = room.G @ (x * room.scale) if at_limit and L is not None else room.X
     s: FloatArray = x * room.scale
     s[room.positive] = np.maximum(s[room.positive], 0.0)
+    X = room.G @ s if at_limit and L is not None else room.X
     s[room.heads] = X - room.G[:, problem.free] @ s[problem.free]
     s[room.positive] = np.maximum(s[room.positive], 0.0)  # -1e-17, from the line above
     return s, X
