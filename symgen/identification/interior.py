@@ -103,12 +103,13 @@ def minimise(
         barriers[falling] = np.minimum(size, _FALL * barriers[falling])
         sizes = np.split(barriers, ends[:-1])
         weights = [k.weight + m for k, m in zip(constraints, sizes, strict=True)]
-        y, fall = _centred(P, c, constraints, weights, y, _SETTLED * float(barriers.min()))
+        y, step = _centred(P, c, constraints, weights, y, _SETTLED * float(barriers.min()))
         nearest = [np.linalg.eigvalsh(k.E @ y + k.f)[:, 0] for k in constraints]
         falling = (barriers > _FAINT * size) & (np.concatenate(nearest) > _NEAR)
-    # After a step with this fall, the dual matrices m R^-T (I - S) R^-1 have |S| of at most 1.
+    # After the next step, the dual matrices are m R^-T (I - S) R^-1, with S the slope along it.
+    are_dual = all(np.linalg.norm(k.slopes(y) @ step) <= 1.0 for k in constraints)
     largest = max(k.f.shape[1] for k in constraints)
-    gap = 2 * largest * float(barriers.sum()) if fall <= barriers.min() else np.inf
+    gap = 2 * largest * float(barriers.sum()) if are_dual else np.inf
     return Minimum(y, barriers, gap)
 
 
@@ -119,10 +120,10 @@ def _centred(
     weights: Sequence[FloatArray],
     y: FloatArray,
     enough: float,
-) -> tuple[FloatArray, float]:
-    """Return the minimum of the function with barriers, and the fall along the next Newton step.
+) -> tuple[FloatArray, FloatArray]:
+    """Return the minimum of the function with barriers, and the next Newton step.
 
-    Newton steps end where the fall is at most `enough`.
+    The steps end where the function would fall by at most `enough`.
     """
     gradient, H = _derivatives(P, c, constraints, weights, y)
     for _ in range(_STEPS):
@@ -141,7 +142,7 @@ def _centred(
         else:
             break
         y, (gradient, H) = ahead, there
-    return y, fall
+    return y, step
 
 
 def _derivatives(
