@@ -9,6 +9,7 @@ that friction holds therefore creeps by about the width times the time: 0.01 mra
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -65,6 +66,7 @@ def simulate_motion(
     pushed: FloatArray | None = None,
     bounds: FloatArray | None = None,
     tolerance: float = TOLERANCE,
+    calls: float = math.inf,
     progress: Callable[[float], None] = silent,
 ) -> SimulatedMotion:
     """Simulate a robot under a torque law, and return its state at the stamps.
@@ -80,6 +82,7 @@ def simulate_motion(
         pushed: additional torques (N, n), constant from stamp to stamp.
         bounds: (n,) distance from the start at which the motion ends, rad or m; None for no bound.
         tolerance: largest error of a step, absolute and relative.
+        calls: largest number of evaluations of the forward dynamics.
         progress: called with the finished part, from 0 to 1.
 
     Returns:
@@ -88,10 +91,10 @@ def simulate_motion(
 
     Raises:
         ParameterError: friction is negative, the mass matrix is not positive definite, or the
-            motion is not finite. The message has the time.
+            motion is not finite, or `calls` do not suffice. The message has the time.
     """
     require_friction(model, X)
-    slope = _Slope(_evaluator(model.robot, width), X, law)
+    slope = _Slope(_evaluator(model.robot, width), X, law, calls)
     x = np.concatenate(start)
     n = len(x) // 2
     states = np.full((len(t), 2 * n), np.nan)
@@ -126,8 +129,9 @@ def _sum(law: Law, push: FloatArray | float) -> Law:
 class _Slope:
     """The rate of the state x = (q, qd) of a robot, as SciPy calls it."""
 
-    def __init__(self, evaluator: Evaluator, X: FloatArray, law: Law) -> None:
+    def __init__(self, evaluator: Evaluator, X: FloatArray, law: Law, calls: float) -> None:
         self.law = law
+        self._left = self._calls = calls
         self._bound = evaluator[_KERNEL].bind()
         self._q, self._qd, self._tau, parameters = self._bound.inputs
         parameters[...] = X[: len(parameters)]
@@ -137,8 +141,15 @@ class _Slope:
         """Return dx/dt.
 
         Raises:
-            ParameterError: the mass matrix is not positive definite, or the state is too large.
+            ParameterError: the mass matrix is not positive definite, the state is too large, or no
+                calls are left.
         """
+        if self._left <= 0:
+            raise ParameterError(
+                f"simulate: t = {t:.6g} s: {self._calls:g} evaluations do not suffice; accepted: "
+                "a less stiff controller, or parameters of which no mass is much too small"
+            )
+        self._left -= 1
         n = len(self._q)
         q, qd = x[:n], x[n:]
         self._q[...] = q

@@ -145,3 +145,20 @@ def test_a_simulation_ends_far_from_the_motion(tmp_path) -> None:
     found = symgen.identify(tmp_path / "two.urdf", symgen.make_log("log", t, q, 5000 * tau, qd))
     assert time.process_time() - began < 10
     assert found.uses.simulation.before[0].position_error > 1
+
+
+def test_a_simulation_that_hardly_advances_ends(tmp_path) -> None:
+    """The file has a spring of an absurd stiffness: the elbow swings a million times a second."""
+    spring = '[[effect]]\nname = "gravity_spring"\njoints = [2]\n'
+    (tmp_path / "robot.toml").write_text(ROBOT + spring)
+    values = dict(zip((*planar2r.NAMES, "FV1", "FV2", "K2"), (*X, *FV, 5e13), strict=True))
+    lines = "".join(f"{name} = {value}\n" for name, value in values.items())
+    (tmp_path / "arm_parameters.toml").write_text("[parameters]\n" + lines)
+    t, q, qd, tau = motion(3)
+    log = symgen.make_log("log", t, q, tau, qd)
+    held = symgen.make_log("held", t[:HELD], q[:HELD], tau[:HELD], qd[:HELD])
+    began = time.process_time()
+    found = symgen.identify(tmp_path / "robot.toml", log, validation=held, model="momentum")
+    assert time.process_time() - began < 10
+    assert found.uses.simulation.before[0].position_error > 1
+    assert found.uses.simulation.horizons[-1].position_error < 1e-3
