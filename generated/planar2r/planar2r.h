@@ -41,7 +41,9 @@ typedef enum planar2r_status {
     planar2r_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
     planar2r_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
     planar2r_NOT_EXCITED = 8,  /* identifier: an equation that would teach less than is forgotten */
-    planar2r_NO_SUCH_LINK = 16 /* link is not the number of a joint; nothing is written */
+    planar2r_NO_SUCH_LINK = 16, /* link is not the number of a joint; nothing is written */
+    planar2r_CHANGING = 16384  /* identifier: the robot has changed, X is that of before; no
+                                      * parameter has this number */
 } planar2r_status;
 
 /* Named lengths and angles of the robot file. */

@@ -33,15 +33,21 @@
 #define LEAST_LEVERAGE 0.01
 
 /* Equations of the first challenger, at least, and in proportion to the parameters. It competes
- * from half of the latter on. */
+ * from half of the latter on. A memory has as many in proportion. */
 #define LEAST_SPAN 256
 #define SPAN_SHARE 4
 #define LONGEST_SPAN 1000000000u
-/* Outliers are many where more than one equation in OUTLIER_SHARE + 1 is one, for long: then a
- * challenger begins, of FRESH_SPAN equations at most. */
-#define OUTLIER_SHARE 4u
-#define MANY 256u
-#define FRESH_SPAN 4096u
+/* An equation contradicts X from FAR standard deviations on. Whatever the distribution of errors,
+ * at most one in FAR^2 does so by chance (Chebyshev). Where more than one in FAR_SHARE + 1 does,
+ * for as many as MANY windows have, the robot is another one. A ratio counts up to LARGEST. */
+#define FAR 3
+#define FAR_SHARE 4u
+#define MANY 8u
+#define LARGEST 1000
+/* Each equation examines a challenger by so many rows of R. */
+#define EXAMINED 2
+/* A challenger that began from a doubt has the time of so many first ones. */
+#define DOUBTED 4u
 /* A challenger leads by so many times the root of the sum of the squares of its scores. */
 #define LEAD 8
 
@@ -288,11 +294,31 @@ typedef struct verdict {
     int status;                   /* what is wrong with the equation, if anything */
 } verdict;
 
+/* Variance of an equation; NaN, infinite or negative without a degree of freedom. */
+static planar2r_real noise(const planar2r_identifier_estimate *x)
+{
+    return x->least_squares.rss / (x->least_squares.count - (planar2r_real)planar2r_PARAMETERS);
+}
+
+/* Note by how many standard deviations an equation errs, as a share of the latest `recent` ones. */
+static void note(planar2r_identifier_estimate *x, const verdict *v, planar2r_real ratio, size_t recent)
+{
+    const planar2r_real square = ratio < LARGEST ? ratio * ratio : (planar2r_real)LARGEST * LARGEST;
+    x->missed += (square - x->missed) / (planar2r_real)recent;
+    x->allowed += (v->leverage / (1 + v->leverage) - x->allowed) / (planar2r_real)recent;
+    if (ratio > FAR) {
+        x->contradicted += FAR_SHARE;
+    } else if (x->contradicted > 0) {
+        x->contradicted--;
+    }
+}
+
 /* The innovation test and the excitation test. */
-static void judge(planar2r_identifier_estimate *x, const planar2r_real *row, planar2r_real y, verdict *v)
+static void judge(planar2r_identifier_estimate *x, const planar2r_real *row, planar2r_real y, size_t recent,
+                  verdict *v)
 {
     const planar2r_least_squares *past = &x->least_squares;
-    const planar2r_real freedom = past->count - (planar2r_real)planar2r_PARAMETERS;
+    const planar2r_real variance = noise(x);
     const planar2r_real least =
         (planar2r_real)LEAST_LEVERAGE * (planar2r_real)planar2r_PARAMETERS * (1 - past->forgetting);
     const planar2r_real size = y < 0 ? -y : y;
@@ -301,13 +327,17 @@ static void judge(planar2r_identifier_estimate *x, const planar2r_real *row, pla
     v->wrong = -1;
     v->status = planar2r_OK;
     if (planar2r_least_squares_foresee(past, row, y, v->u, &innovation, &v->leverage) == 0) {
+        planar2r_real ratio = 0; /* to the standard deviation */
         v->wrong = innovation < 0 ? -innovation : innovation;
+        if (variance > 0 && v->wrong > (planar2r_real)LEAST_WRONG * x->largest) {
+            ratio = v->wrong / sqrt(variance * (1 + v->leverage));
+        }
         if (v->leverage < least) {
             v->status = planar2r_NOT_EXCITED;
-        } else if (freedom > 0 && v->wrong > (planar2r_real)LEAST_WRONG * x->largest &&
-                   v->wrong > GATE * sqrt(past->rss / freedom * (1 + v->leverage))) {
+        } else if (ratio > GATE) {
             v->status = planar2r_OUTLIER;
         }
+        note(x, v, ratio, recent);
     }
     if (v->status == planar2r_OK) {
         x->largest = size > x->largest ? size : x->largest;
@@ -378,15 +408,57 @@ static void learn(planar2r_identifier *s, const planar2r_real *row, planar2r_rea
     }
 }
 
-/* Begin a challenger with no data. */
-static void challenge(planar2r_identifier *s)
+/* Begin a challenger that knows what it does. */
+static void begin(planar2r_identifier *s, size_t span)
 {
-    planar2r_identifier_estimate *young = s->estimate + (1 - s->read);
-    (void)planar2r_least_squares_init(&young->least_squares, 1);
-    young->largest = 0;
     s->age = 0;
+    s->span = span;
     s->lead = 0;
     s->squares = 0;
+    s->examined = 0;
+}
+
+/* Begin a challenger with no data. */
+static void challenge(planar2r_identifier *s, size_t span)
+{
+    planar2r_identifier_estimate *young = s->estimate + (1 - s->read);
+    memset(young, 0, sizeof *young);
+    (void)planar2r_least_squares_init(&young->least_squares, 1);
+    begin(s, span);
+}
+
+static size_t first_span(void)
+{
+    return SPAN_SHARE * planar2r_PARAMETERS > LEAST_SPAN ? SPAN_SHARE * planar2r_PARAMETERS : LEAST_SPAN;
+}
+
+/* Begin a challenger from an estimate that recent equations contradict: with its X, known so much
+ * worse that these agree. What no equation excites stays as it is. */
+static void doubt(planar2r_identifier *s, const planar2r_identifier_estimate *from)
+{
+    planar2r_identifier_estimate *young = s->estimate + (1 - s->read);
+    planar2r_least_squares *x = &young->least_squares;
+    const planar2r_real part = from->allowed / from->missed;
+    const planar2r_real least = (planar2r_real)1 / ((planar2r_real)LARGEST * LARGEST);
+    const planar2r_real weight = sqrt(part > 1 ? 1 : part > least ? part : least);
+    if (from != young) {
+        *young = *from;
+    }
+    young->contradicted = 0;
+    young->missed = 0;
+    young->allowed = 0;
+    for (int i = 0; i < planar2r_PARAMETERS * (planar2r_PARAMETERS + 1) / 2; i++) {
+        x->R[i] *= weight;
+        x->gathered[i] = 0;
+    }
+    for (int i = 0; i < planar2r_PARAMETERS; i++) {
+        x->z[i] *= weight;
+    }
+    x->count = 2 * planar2r_PARAMETERS;
+    x->rss = noise(s->estimate + s->read) * planar2r_PARAMETERS;
+    x->forgetting = 1;
+    x->rows = 0;
+    begin(s, DOUBTED * first_span());
 }
 
 /* Read the challenger from now on: all that it knows is recent. */
@@ -405,24 +477,81 @@ static void replace(planar2r_identifier *s)
         s->gained[i] = (planar2r_real)FLT_MAX / 4;
     }
     s->read = 1 - s->read;
+    s->estimate[s->read].contradicted = 0;
+    s->changing = 0;
+    challenge(s, first_span());
 }
 
-/* Count outliers. Where they are many, what the challenger knows is of before that: begin anew. */
-static void count_outliers(planar2r_identifier *s, int outlier)
+/* Equations that contradict X, as they count, from which on the robot is another one. */
+static size_t many(const planar2r_identifier *s)
 {
-    if (outlier != 0) {
-        s->contradicted += OUTLIER_SHARE;
-    } else if (s->contradicted > 0) {
-        s->contradicted--;
+    return (size_t)FAR_SHARE * MANY * (size_t)s->equations;
+}
+
+/* Look for a change of the robot in the equations that contradict the estimates. */
+static void find_change(planar2r_identifier *s)
+{
+    planar2r_identifier_estimate *settled = s->estimate + s->read;
+    planar2r_identifier_estimate *young = s->estimate + (1 - s->read);
+    if (s->changing == 0 && settled->contradicted >= many(s)) {
+        s->changing = 1;
+        doubt(s, settled);
+    } else if (s->changing != 0 && settled->contradicted == 0 && s->lead <= 0) {
+        s->changing = 0;
+        challenge(s, first_span());
+    } else if (s->changing != 0 && young->contradicted >= many(s)) {
+        doubt(s, young);
     }
-    if (s->contradicted > MANY) {
-        s->contradicted = MANY;
-        if (s->fresh == 0) {
-            challenge(s);
-            s->fresh = 1;
-            s->span = s->span < FRESH_SPAN ? s->span : FRESH_SPAN;
-        }
+    if (settled->contradicted > many(s)) {
+        settled->contradicted = many(s);
     }
+}
+
+/* No X explains the equations better than the settled one: they are so much worse than it took them
+ * to be. */
+static void go_on(planar2r_identifier *s)
+{
+    planar2r_identifier_estimate *settled = s->estimate + s->read;
+    const planar2r_real worse = settled->missed > 1 ? settled->missed : 1;
+    settled->least_squares.rss *= worse;
+    for (int j = 0; j < planar2r_JOINTS; j++) {
+        s->joint[j].rss *= worse;
+    }
+    settled->contradicted = 0;
+    s->changing = 0;
+}
+
+/* Whether FAR standard deviations of what the challenger predicts are less than what the settled X
+ * misses. That is asked of the equations that taught the settled X, too, for which the rows of its R
+ * stand: a challenger that fits where the robot moves now, and nowhere else, waits. The leverages of
+ * these rows, here on average over rows and in all p, say by how much more than the settled X the
+ * challenger doubts:
+ *
+ *     FAR^2 allowed leverage noise(challenger) / noise(settled) <= missed. */
+static int examine(planar2r_identifier *s)
+{
+    const planar2r_identifier_estimate *settled = s->estimate + s->read;
+    const planar2r_identifier_estimate *young = s->estimate + (1 - s->read);
+    const planar2r_real *R = settled->least_squares.R;
+    planar2r_real u[planar2r_PARAMETERS];
+    planar2r_real innovation = 0;
+    planar2r_real leverage = 0;
+    s->leverage = s->examined > 0 ? s->leverage : 0;
+    for (int i = 0; i < EXAMINED && s->examined < planar2r_PARAMETERS; i++) {
+        const int at = s->examined;
+        planar2r_real row[planar2r_PARAMETERS] = {0};
+        memcpy(row + at, R + at * planar2r_PARAMETERS - at * (at - 1) / 2,
+            (size_t)(planar2r_PARAMETERS - at) * sizeof *R);
+        (void)planar2r_least_squares_foresee(&young->least_squares, row, 0, u, &innovation, &leverage);
+        s->leverage += leverage / planar2r_PARAMETERS;
+        s->examined++;
+    }
+    if (s->examined < planar2r_PARAMETERS) {
+        return 0;
+    }
+    s->examined = 0;
+    return !(noise(settled) > 0) || FAR * FAR * settled->allowed * s->leverage * noise(young) <=
+                                        settled->missed * noise(settled);
 }
 
 /* Compare what the two estimates predict of an equation that neither has seen. The score lies
@@ -436,7 +565,7 @@ static void count_outliers(planar2r_identifier *s, int outlier)
 static void compete(planar2r_identifier *s, planar2r_real wrong_old, planar2r_real wrong_young)
 {
     const planar2r_real sum = wrong_old + wrong_young;
-    const size_t half = (size_t)(SPAN_SHARE / 2) * planar2r_PARAMETERS;
+    const size_t half = s->changing != 0 ? 0 : (size_t)(SPAN_SHARE / 2) * planar2r_PARAMETERS;
     const planar2r_real least = (planar2r_real)LEAST_WRONG * s->estimate[1 - s->read].largest;
     const planar2r_real forgetting = s->estimate[s->read].least_squares.forgetting;
     s->age++;
@@ -445,18 +574,17 @@ static void compete(planar2r_identifier *s, planar2r_real wrong_old, planar2r_re
         s->lead += score;
         s->squares += score * score;
     }
-    if (s->age >= s->span) {
-        const int better = s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares;
-        const int alone = wrong_old < 0 && wrong_young >= 0; /* the old one knows no X */
-        if (better || alone) {
-            replace(s);
-            s->contradicted = 0;
+    const int due = s->age >= s->span;
+    const int better = s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares;
+    const int alone = wrong_old < 0 && wrong_young >= 0; /* the old one knows no X */
+    if ((due && alone) || (better && (due || s->changing != 0) && examine(s))) {
+        replace(s);
+    } else if (due && !better) {
+        const int longer = (1 - forgetting) * (planar2r_real)s->span < 1 && s->span < LONGEST_SPAN;
+        if (s->changing != 0) {
+            go_on(s);
         }
-        challenge(s);
-        s->fresh = 0;
-        if ((1 - forgetting) * (planar2r_real)s->span < 1 && s->span < LONGEST_SPAN) {
-            s->span *= 2u;
-        }
+        challenge(s, longer ? 2u * s->span : s->span);
     }
 }
 
@@ -470,17 +598,18 @@ static int learn_both(planar2r_identifier *s, const planar2r_real *row, planar2r
     if (!all_finite(row, planar2r_PARAMETERS) || !isfinite(y)) {
         return planar2r_OUTLIER;
     }
-    judge(s->estimate + s->read, row, y, &old);
-    if (old.status == planar2r_OK) {
+    const size_t recent = (size_t)MANY * (size_t)s->equations;
+    judge(s->estimate + s->read, row, y, recent + (s->changing != 0 ? s->age : 0), &old);
+    if (old.status == planar2r_OK && s->changing == 0) {
         learn(s, row, y, old.u, old.leverage);
     }
     if (s->mode != planar2r_WINDOW_START) { /* its windows all hold the same samples */
-        judge(young, row, y, &other);
+        judge(young, row, y, recent, &other);
         if (other.status == planar2r_OK) {
             (void)planar2r_least_squares_update(&young->least_squares, row, y);
         }
         compete(s, old.wrong, other.wrong);
-        count_outliers(s, old.status == planar2r_OUTLIER);
+        find_change(s);
     }
     return old.status;
 }
@@ -883,12 +1012,14 @@ int planar2r_identifier_init_of(void *state, size_t bytes, size_t window, int mo
     const size_t rows = ((size_t)equations - 1u) / s->length + 1u;
     s->rows = (int)rows;
     rebase(s);
-    challenge(s);
-    s->span = SPAN_SHARE * planar2r_PARAMETERS > LEAST_SPAN ? SPAN_SHARE * planar2r_PARAMETERS : LEAST_SPAN;
-    s->forgetting = forgetting;
+    challenge(s, first_span());
     /* Per equation: so many come every `length` samples. */
-    return planar2r_least_squares_init(&s->estimate[s->read].least_squares,
-        power(root(forgetting, equations), s->length));
+    const planar2r_real kept = power(root(forgetting, equations), s->length);
+    const planar2r_real most = (planar2r_real)1 / (SPAN_SHARE * planar2r_PARAMETERS);
+    const int shortest = 1 - kept > most; /* a memory holds no fewer equations */
+    s->forgetting =
+        shortest ? 1 - most * (planar2r_real)equations / (planar2r_real)s->length : forgetting;
+    return planar2r_least_squares_init(&s->estimate[s->read].least_squares, shortest ? 1 - most : kept);
 }
 
 int planar2r_identifier_step(void *state, const planar2r_real *q, const planar2r_real *qd,
@@ -914,7 +1045,8 @@ int planar2r_identifier_step(void *state, const planar2r_real *q, const planar2r
 
 int planar2r_identifier_status(const void *state)
 {
-    return ((const planar2r_identifier *)state)->status;
+    const planar2r_identifier *s = (const planar2r_identifier *)state;
+    return s->status | (s->changing != 0 ? planar2r_CHANGING : planar2r_OK);
 }
 
 void planar2r_identifier_restart(void *state)
@@ -979,7 +1111,9 @@ int planar2r_identifier_run(void *state, size_t N, const planar2r_real *t, const
 
 int planar2r_identifier_read(const void *state, planar2r_real *X, planar2r_real *std)
 {
-    return planar2r_least_squares_solve(planar2r_identifier_state(state), X, std, NULL);
+    const planar2r_identifier *s = (const planar2r_identifier *)state;
+    const int missing = planar2r_least_squares_solve(planar2r_identifier_state(state), X, std, NULL);
+    return missing == 0 && s->changing != 0 ? planar2r_CHANGING : missing;
 }
 
 const planar2r_least_squares *planar2r_identifier_state(const void *state)

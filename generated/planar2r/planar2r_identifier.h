@@ -29,7 +29,9 @@
  *     for (;;) {
  *         ... measure q, qd, tau ...
  *         planar2r_identifier_step(&memory, q, qd, tau, dt);
- *         if (planar2r_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
+ *         status = planar2r_identifier_read(&memory, X, std);
+ *         if (status == planar2r_OK) { ... X is that of the robot ... }
+ *         if (status == planar2r_CHANGING) { ... X is that of before a change ... }
  *     }
  *
  * Rest. A joint rests where the mean size of its speed over planar2r_REST_TIME is at most 3 standard
@@ -131,6 +133,9 @@ typedef struct planar2r_identifier_joint {
 typedef struct planar2r_identifier_estimate {
     planar2r_least_squares least_squares;
     planar2r_real largest; /* right-hand side of an equation taken */
+    size_t contradicted; /* rises with equations that contradict X, falls with others */
+    planar2r_real missed;  /* mean square of recent innovations, over their variance */
+    planar2r_real allowed; /* the part of X in that variance */
 } planar2r_identifier_estimate;
 
 /* What a model is to the identifier. For each equation of a window,
@@ -150,8 +155,9 @@ typedef struct planar2r_identifier {
     int read;        /* which is read: 0 or 1 */
     size_t age;      /* of the challenger, in equations */
     size_t span;     /* to its end */
-    size_t contradicted; /* rises with outliers, falls with other equations */
-    int fresh;       /* nonzero: the challenger began when they had become many */
+    int changing;    /* nonzero: recent equations contradict the X that is read */
+    int examined;    /* rows of its R that the challenger has been examined by */
+    planar2r_real leverage; /* of the challenger on these */
     planar2r_real lead;  /* sum of its scores */
     planar2r_real squares; /* sum of their squares */
     planar2r_identifier_columns *columns;
@@ -226,7 +232,7 @@ size_t planar2r_identifier_size(size_t window);
  * excites all parameters (1: keep everything; below 1, equations that would teach much less than
  * they replace are left out: see the status). So
  * 1 / (1 - forgetting) samples are remembered, whatever the mode, the window and the equations of a
- * window; they must hold several times the equations that X needs.
+ * window, and 4 planar2r_PARAMETERS equations at least.
  * Returns 0; nonzero (and the memory untouched) when an argument is out of range, the memory too
  * small or badly aligned.
  */
@@ -247,7 +253,7 @@ int planar2r_identifier_init_of(void *state, size_t bytes, size_t window, int mo
  *
  * At most one window closes, the first with the twelfth sample at the earliest; the work is
  * bounded, whatever the window: the columns of one sample, and one equation of each of the two
- * estimates. Beside a step much longer than
+ * estimates, with two rows of their comparison. Beside a step much longer than
  * its neighbours (from about three times on) fewer samples are used, down to the trapezoid: no
  * polynomial reaches so far.
  */
@@ -267,6 +273,14 @@ int planar2r_identifier_step(void *state, const planar2r_real *q, const planar2r
  * (its leverage, see planar2r_least_squares.h) would replace what is known by noise. Also where all
  * joints rest, or the joint of an equation.
  *
+ * planar2r_CHANGING: the robot is no longer the one that X is of. More than a fifth of the equations
+ * contradict X by more than three standard deviations, for as many as eight windows have; at most a
+ * ninth does so by chance, whatever the noise (Chebyshev). X then stays, and a second estimate goes
+ * on from it: known so much worse that these equations agree. It takes the place of X when it
+ * predicts new equations better, and when three standard deviations of what it predicts for the
+ * motion of before, too, are less than what X misses. The bit also ends when X is right again, or
+ * when no other X is better for a long time: then the equations are as noisy as that.
+ *
  * Before X is determined nothing can be compared, and every equation is taken.
  */
 int planar2r_identifier_status(const void *state);
@@ -283,8 +297,9 @@ int planar2r_identifier_run(void *state, size_t N, const planar2r_real *t, const
                         const planar2r_real *qd, const planar2r_real *tau);
 
 /* The parameters X and, unless NULL, their standard deviations, planar2r_PARAMETERS values each.
- * Returns what planar2r_least_squares_solve returns: 0, or the number of the first parameter that the
- * data do not determine. */
+ * Returns what planar2r_least_squares_solve returns, 0 or the number of the first parameter that the
+ * data do not determine; or planar2r_CHANGING: X and std are those of before a change of the robot, such
+ * as a load, until another X is better (see planar2r_identifier_status). */
 int planar2r_identifier_read(const void *state, planar2r_real *X, planar2r_real *std);
 
 /* The noise of qd: standard deviations, planar2r_JOINTS values in rad/s or m/s. 0, or NULL for all

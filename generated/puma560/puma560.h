@@ -41,7 +41,9 @@ typedef enum puma560_status {
     puma560_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
     puma560_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
     puma560_NOT_EXCITED = 8,  /* identifier: an equation that would teach less than is forgotten */
-    puma560_NO_SUCH_LINK = 16 /* link is not the number of a joint; nothing is written */
+    puma560_NO_SUCH_LINK = 16, /* link is not the number of a joint; nothing is written */
+    puma560_CHANGING = 16384  /* identifier: the robot has changed, X is that of before; no
+                                      * parameter has this number */
 } puma560_status;
 
 /* Named lengths and angles of the robot file. */

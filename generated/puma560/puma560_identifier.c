@@ -33,15 +33,21 @@
 #define LEAST_LEVERAGE 0.01
 
 /* Equations of the first challenger, at least, and in proportion to the parameters. It competes
- * from half of the latter on. */
+ * from half of the latter on. A memory has as many in proportion. */
 #define LEAST_SPAN 256
 #define SPAN_SHARE 4
 #define LONGEST_SPAN 1000000000u
-/* Outliers are many where more than one equation in OUTLIER_SHARE + 1 is one, for long: then a
- * challenger begins, of FRESH_SPAN equations at most. */
-#define OUTLIER_SHARE 4u
-#define MANY 256u
-#define FRESH_SPAN 4096u
+/* An equation contradicts X from FAR standard deviations on. Whatever the distribution of errors,
+ * at most one in FAR^2 does so by chance (Chebyshev). Where more than one in FAR_SHARE + 1 does,
+ * for as many as MANY windows have, the robot is another one. A ratio counts up to LARGEST. */
+#define FAR 3
+#define FAR_SHARE 4u
+#define MANY 8u
+#define LARGEST 1000
+/* Each equation examines a challenger by so many rows of R. */
+#define EXAMINED 2
+/* A challenger that began from a doubt has the time of so many first ones. */
+#define DOUBTED 4u
 /* A challenger leads by so many times the root of the sum of the squares of its scores. */
 #define LEAD 8
 
@@ -288,11 +294,31 @@ typedef struct verdict {
     int status;                   /* what is wrong with the equation, if anything */
 } verdict;
 
+/* Variance of an equation; NaN, infinite or negative without a degree of freedom. */
+static puma560_real noise(const puma560_identifier_estimate *x)
+{
+    return x->least_squares.rss / (x->least_squares.count - (puma560_real)puma560_PARAMETERS);
+}
+
+/* Note by how many standard deviations an equation errs, as a share of the latest `recent` ones. */
+static void note(puma560_identifier_estimate *x, const verdict *v, puma560_real ratio, size_t recent)
+{
+    const puma560_real square = ratio < LARGEST ? ratio * ratio : (puma560_real)LARGEST * LARGEST;
+    x->missed += (square - x->missed) / (puma560_real)recent;
+    x->allowed += (v->leverage / (1 + v->leverage) - x->allowed) / (puma560_real)recent;
+    if (ratio > FAR) {
+        x->contradicted += FAR_SHARE;
+    } else if (x->contradicted > 0) {
+        x->contradicted--;
+    }
+}
+
 /* The innovation test and the excitation test. */
-static void judge(puma560_identifier_estimate *x, const puma560_real *row, puma560_real y, verdict *v)
+static void judge(puma560_identifier_estimate *x, const puma560_real *row, puma560_real y, size_t recent,
+                  verdict *v)
 {
     const puma560_least_squares *past = &x->least_squares;
-    const puma560_real freedom = past->count - (puma560_real)puma560_PARAMETERS;
+    const puma560_real variance = noise(x);
     const puma560_real least =
         (puma560_real)LEAST_LEVERAGE * (puma560_real)puma560_PARAMETERS * (1 - past->forgetting);
     const puma560_real size = y < 0 ? -y : y;
@@ -301,13 +327,17 @@ static void judge(puma560_identifier_estimate *x, const puma560_real *row, puma5
     v->wrong = -1;
     v->status = puma560_OK;
     if (puma560_least_squares_foresee(past, row, y, v->u, &innovation, &v->leverage) == 0) {
+        puma560_real ratio = 0; /* to the standard deviation */
         v->wrong = innovation < 0 ? -innovation : innovation;
+        if (variance > 0 && v->wrong > (puma560_real)LEAST_WRONG * x->largest) {
+            ratio = v->wrong / sqrt(variance * (1 + v->leverage));
+        }
         if (v->leverage < least) {
             v->status = puma560_NOT_EXCITED;
-        } else if (freedom > 0 && v->wrong > (puma560_real)LEAST_WRONG * x->largest &&
-                   v->wrong > GATE * sqrt(past->rss / freedom * (1 + v->leverage))) {
+        } else if (ratio > GATE) {
             v->status = puma560_OUTLIER;
         }
+        note(x, v, ratio, recent);
     }
     if (v->status == puma560_OK) {
         x->largest = size > x->largest ? size : x->largest;
@@ -378,15 +408,57 @@ static void learn(puma560_identifier *s, const puma560_real *row, puma560_real y
     }
 }
 
-/* Begin a challenger with no data. */
-static void challenge(puma560_identifier *s)
+/* Begin a challenger that knows what it does. */
+static void begin(puma560_identifier *s, size_t span)
 {
-    puma560_identifier_estimate *young = s->estimate + (1 - s->read);
-    (void)puma560_least_squares_init(&young->least_squares, 1);
-    young->largest = 0;
     s->age = 0;
+    s->span = span;
     s->lead = 0;
     s->squares = 0;
+    s->examined = 0;
+}
+
+/* Begin a challenger with no data. */
+static void challenge(puma560_identifier *s, size_t span)
+{
+    puma560_identifier_estimate *young = s->estimate + (1 - s->read);
+    memset(young, 0, sizeof *young);
+    (void)puma560_least_squares_init(&young->least_squares, 1);
+    begin(s, span);
+}
+
+static size_t first_span(void)
+{
+    return SPAN_SHARE * puma560_PARAMETERS > LEAST_SPAN ? SPAN_SHARE * puma560_PARAMETERS : LEAST_SPAN;
+}
+
+/* Begin a challenger from an estimate that recent equations contradict: with its X, known so much
+ * worse that these agree. What no equation excites stays as it is. */
+static void doubt(puma560_identifier *s, const puma560_identifier_estimate *from)
+{
+    puma560_identifier_estimate *young = s->estimate + (1 - s->read);
+    puma560_least_squares *x = &young->least_squares;
+    const puma560_real part = from->allowed / from->missed;
+    const puma560_real least = (puma560_real)1 / ((puma560_real)LARGEST * LARGEST);
+    const puma560_real weight = sqrt(part > 1 ? 1 : part > least ? part : least);
+    if (from != young) {
+        *young = *from;
+    }
+    young->contradicted = 0;
+    young->missed = 0;
+    young->allowed = 0;
+    for (int i = 0; i < puma560_PARAMETERS * (puma560_PARAMETERS + 1) / 2; i++) {
+        x->R[i] *= weight;
+        x->gathered[i] = 0;
+    }
+    for (int i = 0; i < puma560_PARAMETERS; i++) {
+        x->z[i] *= weight;
+    }
+    x->count = 2 * puma560_PARAMETERS;
+    x->rss = noise(s->estimate + s->read) * puma560_PARAMETERS;
+    x->forgetting = 1;
+    x->rows = 0;
+    begin(s, DOUBTED * first_span());
 }
 
 /* Read the challenger from now on: all that it knows is recent. */
@@ -405,24 +477,81 @@ static void replace(puma560_identifier *s)
         s->gained[i] = (puma560_real)FLT_MAX / 4;
     }
     s->read = 1 - s->read;
+    s->estimate[s->read].contradicted = 0;
+    s->changing = 0;
+    challenge(s, first_span());
 }
 
-/* Count outliers. Where they are many, what the challenger knows is of before that: begin anew. */
-static void count_outliers(puma560_identifier *s, int outlier)
+/* Equations that contradict X, as they count, from which on the robot is another one. */
+static size_t many(const puma560_identifier *s)
 {
-    if (outlier != 0) {
-        s->contradicted += OUTLIER_SHARE;
-    } else if (s->contradicted > 0) {
-        s->contradicted--;
+    return (size_t)FAR_SHARE * MANY * (size_t)s->equations;
+}
+
+/* Look for a change of the robot in the equations that contradict the estimates. */
+static void find_change(puma560_identifier *s)
+{
+    puma560_identifier_estimate *settled = s->estimate + s->read;
+    puma560_identifier_estimate *young = s->estimate + (1 - s->read);
+    if (s->changing == 0 && settled->contradicted >= many(s)) {
+        s->changing = 1;
+        doubt(s, settled);
+    } else if (s->changing != 0 && settled->contradicted == 0 && s->lead <= 0) {
+        s->changing = 0;
+        challenge(s, first_span());
+    } else if (s->changing != 0 && young->contradicted >= many(s)) {
+        doubt(s, young);
     }
-    if (s->contradicted > MANY) {
-        s->contradicted = MANY;
-        if (s->fresh == 0) {
-            challenge(s);
-            s->fresh = 1;
-            s->span = s->span < FRESH_SPAN ? s->span : FRESH_SPAN;
-        }
+    if (settled->contradicted > many(s)) {
+        settled->contradicted = many(s);
     }
+}
+
+/* No X explains the equations better than the settled one: they are so much worse than it took them
+ * to be. */
+static void go_on(puma560_identifier *s)
+{
+    puma560_identifier_estimate *settled = s->estimate + s->read;
+    const puma560_real worse = settled->missed > 1 ? settled->missed : 1;
+    settled->least_squares.rss *= worse;
+    for (int j = 0; j < puma560_JOINTS; j++) {
+        s->joint[j].rss *= worse;
+    }
+    settled->contradicted = 0;
+    s->changing = 0;
+}
+
+/* Whether FAR standard deviations of what the challenger predicts are less than what the settled X
+ * misses. That is asked of the equations that taught the settled X, too, for which the rows of its R
+ * stand: a challenger that fits where the robot moves now, and nowhere else, waits. The leverages of
+ * these rows, here on average over rows and in all p, say by how much more than the settled X the
+ * challenger doubts:
+ *
+ *     FAR^2 allowed leverage noise(challenger) / noise(settled) <= missed. */
+static int examine(puma560_identifier *s)
+{
+    const puma560_identifier_estimate *settled = s->estimate + s->read;
+    const puma560_identifier_estimate *young = s->estimate + (1 - s->read);
+    const puma560_real *R = settled->least_squares.R;
+    puma560_real u[puma560_PARAMETERS];
+    puma560_real innovation = 0;
+    puma560_real leverage = 0;
+    s->leverage = s->examined > 0 ? s->leverage : 0;
+    for (int i = 0; i < EXAMINED && s->examined < puma560_PARAMETERS; i++) {
+        const int at = s->examined;
+        puma560_real row[puma560_PARAMETERS] = {0};
+        memcpy(row + at, R + at * puma560_PARAMETERS - at * (at - 1) / 2,
+            (size_t)(puma560_PARAMETERS - at) * sizeof *R);
+        (void)puma560_least_squares_foresee(&young->least_squares, row, 0, u, &innovation, &leverage);
+        s->leverage += leverage / puma560_PARAMETERS;
+        s->examined++;
+    }
+    if (s->examined < puma560_PARAMETERS) {
+        return 0;
+    }
+    s->examined = 0;
+    return !(noise(settled) > 0) || FAR * FAR * settled->allowed * s->leverage * noise(young) <=
+                                        settled->missed * noise(settled);
 }
 
 /* Compare what the two estimates predict of an equation that neither has seen. The score lies
@@ -436,7 +565,7 @@ static void count_outliers(puma560_identifier *s, int outlier)
 static void compete(puma560_identifier *s, puma560_real wrong_old, puma560_real wrong_young)
 {
     const puma560_real sum = wrong_old + wrong_young;
-    const size_t half = (size_t)(SPAN_SHARE / 2) * puma560_PARAMETERS;
+    const size_t half = s->changing != 0 ? 0 : (size_t)(SPAN_SHARE / 2) * puma560_PARAMETERS;
     const puma560_real least = (puma560_real)LEAST_WRONG * s->estimate[1 - s->read].largest;
     const puma560_real forgetting = s->estimate[s->read].least_squares.forgetting;
     s->age++;
@@ -445,18 +574,17 @@ static void compete(puma560_identifier *s, puma560_real wrong_old, puma560_real 
         s->lead += score;
         s->squares += score * score;
     }
-    if (s->age >= s->span) {
-        const int better = s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares;
-        const int alone = wrong_old < 0 && wrong_young >= 0; /* the old one knows no X */
-        if (better || alone) {
-            replace(s);
-            s->contradicted = 0;
+    const int due = s->age >= s->span;
+    const int better = s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares;
+    const int alone = wrong_old < 0 && wrong_young >= 0; /* the old one knows no X */
+    if ((due && alone) || (better && (due || s->changing != 0) && examine(s))) {
+        replace(s);
+    } else if (due && !better) {
+        const int longer = (1 - forgetting) * (puma560_real)s->span < 1 && s->span < LONGEST_SPAN;
+        if (s->changing != 0) {
+            go_on(s);
         }
-        challenge(s);
-        s->fresh = 0;
-        if ((1 - forgetting) * (puma560_real)s->span < 1 && s->span < LONGEST_SPAN) {
-            s->span *= 2u;
-        }
+        challenge(s, longer ? 2u * s->span : s->span);
     }
 }
 
@@ -470,17 +598,18 @@ static int learn_both(puma560_identifier *s, const puma560_real *row, puma560_re
     if (!all_finite(row, puma560_PARAMETERS) || !isfinite(y)) {
         return puma560_OUTLIER;
     }
-    judge(s->estimate + s->read, row, y, &old);
-    if (old.status == puma560_OK) {
+    const size_t recent = (size_t)MANY * (size_t)s->equations;
+    judge(s->estimate + s->read, row, y, recent + (s->changing != 0 ? s->age : 0), &old);
+    if (old.status == puma560_OK && s->changing == 0) {
         learn(s, row, y, old.u, old.leverage);
     }
     if (s->mode != puma560_WINDOW_START) { /* its windows all hold the same samples */
-        judge(young, row, y, &other);
+        judge(young, row, y, recent, &other);
         if (other.status == puma560_OK) {
             (void)puma560_least_squares_update(&young->least_squares, row, y);
         }
         compete(s, old.wrong, other.wrong);
-        count_outliers(s, old.status == puma560_OUTLIER);
+        find_change(s);
     }
     return old.status;
 }
@@ -883,12 +1012,14 @@ int puma560_identifier_init_of(void *state, size_t bytes, size_t window, int mod
     const size_t rows = ((size_t)equations - 1u) / s->length + 1u;
     s->rows = (int)rows;
     rebase(s);
-    challenge(s);
-    s->span = SPAN_SHARE * puma560_PARAMETERS > LEAST_SPAN ? SPAN_SHARE * puma560_PARAMETERS : LEAST_SPAN;
-    s->forgetting = forgetting;
+    challenge(s, first_span());
     /* Per equation: so many come every `length` samples. */
-    return puma560_least_squares_init(&s->estimate[s->read].least_squares,
-        power(root(forgetting, equations), s->length));
+    const puma560_real kept = power(root(forgetting, equations), s->length);
+    const puma560_real most = (puma560_real)1 / (SPAN_SHARE * puma560_PARAMETERS);
+    const int shortest = 1 - kept > most; /* a memory holds no fewer equations */
+    s->forgetting =
+        shortest ? 1 - most * (puma560_real)equations / (puma560_real)s->length : forgetting;
+    return puma560_least_squares_init(&s->estimate[s->read].least_squares, shortest ? 1 - most : kept);
 }
 
 int puma560_identifier_step(void *state, const puma560_real *q, const puma560_real *qd,
@@ -914,7 +1045,8 @@ int puma560_identifier_step(void *state, const puma560_real *q, const puma560_re
 
 int puma560_identifier_status(const void *state)
 {
-    return ((const puma560_identifier *)state)->status;
+    const puma560_identifier *s = (const puma560_identifier *)state;
+    return s->status | (s->changing != 0 ? puma560_CHANGING : puma560_OK);
 }
 
 void puma560_identifier_restart(void *state)
@@ -979,7 +1111,9 @@ int puma560_identifier_run(void *state, size_t N, const puma560_real *t, const p
 
 int puma560_identifier_read(const void *state, puma560_real *X, puma560_real *std)
 {
-    return puma560_least_squares_solve(puma560_identifier_state(state), X, std, NULL);
+    const puma560_identifier *s = (const puma560_identifier *)state;
+    const int missing = puma560_least_squares_solve(puma560_identifier_state(state), X, std, NULL);
+    return missing == 0 && s->changing != 0 ? puma560_CHANGING : missing;
 }
 
 const puma560_least_squares *puma560_identifier_state(const void *state)

@@ -29,7 +29,9 @@
  *     for (;;) {
  *         ... measure q, qd, tau ...
  *         puma560_identifier_step(&memory, q, qd, tau, dt);
- *         if (puma560_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
+ *         status = puma560_identifier_read(&memory, X, std);
+ *         if (status == puma560_OK) { ... X is that of the robot ... }
+ *         if (status == puma560_CHANGING) { ... X is that of before a change ... }
  *     }
  *
  * Rest. A joint rests where the mean size of its speed over puma560_REST_TIME is at most 3 standard
@@ -131,6 +133,9 @@ typedef struct puma560_identifier_joint {
 typedef struct puma560_identifier_estimate {
     puma560_least_squares least_squares;
     puma560_real largest; /* right-hand side of an equation taken */
+    size_t contradicted; /* rises with equations that contradict X, falls with others */
+    puma560_real missed;  /* mean square of recent innovations, over their variance */
+    puma560_real allowed; /* the part of X in that variance */
 } puma560_identifier_estimate;
 
 /* What a model is to the identifier. For each equation of a window,
@@ -150,8 +155,9 @@ typedef struct puma560_identifier {
     int read;        /* which is read: 0 or 1 */
     size_t age;      /* of the challenger, in equations */
     size_t span;     /* to its end */
-    size_t contradicted; /* rises with outliers, falls with other equations */
-    int fresh;       /* nonzero: the challenger began when they had become many */
+    int changing;    /* nonzero: recent equations contradict the X that is read */
+    int examined;    /* rows of its R that the challenger has been examined by */
+    puma560_real leverage; /* of the challenger on these */
     puma560_real lead;  /* sum of its scores */
     puma560_real squares; /* sum of their squares */
     puma560_identifier_columns *columns;
@@ -226,7 +232,7 @@ size_t puma560_identifier_size(size_t window);
  * excites all parameters (1: keep everything; below 1, equations that would teach much less than
  * they replace are left out: see the status). So
  * 1 / (1 - forgetting) samples are remembered, whatever the mode, the window and the equations of a
- * window; they must hold several times the equations that X needs.
+ * window, and 4 puma560_PARAMETERS equations at least.
  * Returns 0; nonzero (and the memory untouched) when an argument is out of range, the memory too
  * small or badly aligned.
  */
@@ -247,7 +253,7 @@ int puma560_identifier_init_of(void *state, size_t bytes, size_t window, int mod
  *
  * At most one window closes, the first with the twelfth sample at the earliest; the work is
  * bounded, whatever the window: the columns of one sample, and one equation of each of the two
- * estimates. Beside a step much longer than
+ * estimates, with two rows of their comparison. Beside a step much longer than
  * its neighbours (from about three times on) fewer samples are used, down to the trapezoid: no
  * polynomial reaches so far.
  */
@@ -267,6 +273,14 @@ int puma560_identifier_step(void *state, const puma560_real *q, const puma560_re
  * (its leverage, see puma560_least_squares.h) would replace what is known by noise. Also where all
  * joints rest, or the joint of an equation.
  *
+ * puma560_CHANGING: the robot is no longer the one that X is of. More than a fifth of the equations
+ * contradict X by more than three standard deviations, for as many as eight windows have; at most a
+ * ninth does so by chance, whatever the noise (Chebyshev). X then stays, and a second estimate goes
+ * on from it: known so much worse that these equations agree. It takes the place of X when it
+ * predicts new equations better, and when three standard deviations of what it predicts for the
+ * motion of before, too, are less than what X misses. The bit also ends when X is right again, or
+ * when no other X is better for a long time: then the equations are as noisy as that.
+ *
  * Before X is determined nothing can be compared, and every equation is taken.
  */
 int puma560_identifier_status(const void *state);
@@ -283,8 +297,9 @@ int puma560_identifier_run(void *state, size_t N, const puma560_real *t, const p
                         const puma560_real *qd, const puma560_real *tau);
 
 /* The parameters X and, unless NULL, their standard deviations, puma560_PARAMETERS values each.
- * Returns what puma560_least_squares_solve returns: 0, or the number of the first parameter that the
- * data do not determine. */
+ * Returns what puma560_least_squares_solve returns, 0 or the number of the first parameter that the
+ * data do not determine; or puma560_CHANGING: X and std are those of before a change of the robot, such
+ * as a load, until another X is better (see puma560_identifier_status). */
 int puma560_identifier_read(const void *state, puma560_real *X, puma560_real *std);
 
 /* The noise of qd: standard deviations, puma560_JOINTS values in rad/s or m/s. 0, or NULL for all

@@ -19,5 +19,7 @@ typedef enum {{ name }}_status {
     {{ name }}_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
     {{ name }}_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
     {{ name }}_NOT_EXCITED = 8,  /* identifier: an equation that would teach less than is forgotten */
-    {{ name }}_NO_SUCH_LINK = 16 /* link is not the number of a joint; nothing is written */
+    {{ name }}_NO_SUCH_LINK = 16, /* link is not the number of a joint; nothing is written */
+    {{ name }}_CHANGING = 16384  /* identifier: the robot has changed, X is that of before; no
+                                      * parameter has this number */
 } {{ name }}_status;

@@ -168,7 +168,8 @@ def write_package(folder: Path, name: str, real: str = "double") -> list[Path]:
         "#ifndef NAME_H\n#define NAME_H\n"
         f"#define NAME_JOINTS {joints}\n#define NAME_PARAMETERS {parameters}\n"
         f"#define NAME_INERTIAL {inertial}\ntypedef {real} NAME_real;\n"
-        "enum { NAME_OK = 0, NAME_NOT_FINITE = 2, NAME_OUTLIER = 4, NAME_NOT_EXCITED = 8 };\n"
+        "enum { NAME_OK = 0, NAME_NOT_FINITE = 2, NAME_OUTLIER = 4, NAME_NOT_EXCITED = 8,"
+        " NAME_CHANGING = 16384 };\n"
         '#ifdef __cplusplus\nextern "C" {\n#endif\n'
         f"{declarations}#ifdef __cplusplus\n}}\n#endif\n#endif\n"
     )
@@ -559,7 +560,7 @@ class TestIdentifier:
             both = columns(name, model, q[part], qd[part], tau[part])
             rows.append(equations(t[part], *both, mode, window))
         rows = np.concatenate(rows)
-        past = share(mode, window, 1 if model == "energy" else 2, forgetting)
+        past = share(mode, window, 1 if model == "energy" else 2, forgetting, rows.shape[1] - 1)
         expected = folded(rows[:, :-1], rows[:, -1], past)
         assert_same(c.least_squares(memory), expected)
         status, X_c, std_c = c.read(memory)

@@ -125,7 +125,7 @@ def equations(t, value, rate, mode, window):
     return rows.reshape(-1, value.shape[2])[: taken if len(rows) else 0]
 
 
-def share(mode, window, count, forgetting):
-    """Weight of the past per equation, where a sample forgets so much."""
+def share(mode, window, count, forgetting, p):
+    """Weight of the past per equation, where a sample forgets so much, and 4 p equations stay."""
     length = {"start": count, "sliding": (window + 1) // 2}.get(mode, window)
-    return forgetting ** (length / count)
+    return max(forgetting ** (length / count), 1 - 1 / (4 * p))

@@ -249,6 +249,13 @@ def chunks(
             yield moving(begin, count, X, case == "alone", robot), X
 
 
+def gravity_error(evaluator: Any, found: np.ndarray, true: np.ndarray) -> float:
+    """Return the relative error of the gravity torque over random positions."""
+    q = np.random.default_rng(1).uniform(-3, 3, (1000, evaluator.model.robot.n))
+    weights = [evaluator["gravity_torque"](q, x) for x in (found, true)]
+    return float(np.linalg.norm(weights[0] - weights[1]) / np.linalg.norm(weights[1]))
+
+
 def studied(case: str, model: str, dtype: str, samples: int, robot: str = "pair") -> Row:
     """Run a case and return its row."""
     evaluator, X = plant(robot)
@@ -288,9 +295,7 @@ def studied(case: str, model: str, dtype: str, samples: int, robot: str = "pair"
         worst, above = max(worst, float(off.max())), [*above, *(off > 3)]
         change = max(change, float(np.abs(found / X0 - 1).max()))
         std_change = max(std_change, float(np.abs(std / std0 - 1).max()))
-    q = np.random.default_rng(1).uniform(-3, 3, (1000, evaluator.model.robot.n))
-    weights = [evaluator["gravity_torque"](q, x) for x in (found, true)]
-    error = float(np.linalg.norm(weights[0] - weights[1]) / np.linalg.norm(weights[1]))
+    error = gravity_error(evaluator, found, true)
     excited = online.excited()
     return Row(case, model, dtype, samples, change, std_change, worst, float(np.mean(above)), error,
                (float(excited.min()), float(excited.max())))  # fmt: skip

@@ -7,7 +7,19 @@ import shutil
 import numpy as np
 import pytest
 from support import sampled
-from workflow.identifier_study import ANY_ROBOT, CASES, Online, moving, plant, studied
+from workflow.identifier_study import (
+    ANY_ROBOT,
+    CASES,
+    NOISE,
+    Online,
+    gravity_error,
+    loaded,
+    moving,
+    plant,
+    studied,
+)
+
+import symgen
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="no C compiler (gcc)")
 RUNS = [(case, model, dtype) for case in CASES for model in ("energy", "momentum")
@@ -61,3 +73,50 @@ def test_outliers_that_do_not_stand_in_a_row_are_refused_however_many_they_are()
     (_, expected), (found, std) = clean.read(), spoiled.read()
     assert (std < 1.5 * expected).all()
     assert (np.abs(found - X) < 4 * std).all()
+
+
+def gripped(robot: str, model: str, forgetting: float, seconds: int) -> None:
+    """A load of 2 kg: no X without the status "changing" is worse than the X before, after 2 s.
+
+    So long take eight windows, where the equation of a window may be too small to tell.
+    """
+    evaluator, X = plant(robot)
+    identifier = symgen.Identifier(evaluator, 200, forgetting=forgetting, model=model)
+    rng = np.random.default_rng(7)
+
+    def changing(begin: int, true: np.ndarray) -> bool:
+        parts = moving(begin, 1000, true, robot=robot)
+        noisy = [x + s * rng.standard_normal(x.shape)
+                 for x, s in zip(parts, NOISE.values(), strict=True)]  # fmt: skip
+        for k, (q, qd, tau) in enumerate(zip(*noisy, strict=True)):
+            identifier.step(q, qd, tau, 1e-3 * (begin + k))
+        return identifier.status == "changing"
+
+    assert not any(changing(1000 * k, X) for k in range(seconds))
+    true, changed = loaded(robot), 0
+    before = gravity_error(evaluator, identifier.read()[0], true)
+    for k in range(seconds, 2 * seconds):
+        waits = changing(1000 * k, true)
+        error = gravity_error(evaluator, identifier.read()[0], true)
+        changed += waits
+        if waits:
+            assert error == pytest.approx(before, rel=0.05)
+        elif k > seconds + 1:
+            assert error < before / 3
+    assert changed > 0
+    assert error < 0.01
+
+
+@pytest.mark.parametrize("model", ["energy", "momentum"])
+@pytest.mark.parametrize("forgetting", [1.0, 0.9995])
+def test_x_of_before_is_read_until_a_gripped_load_is_known(model, forgetting) -> None:
+    gripped("pair", model, forgetting, 12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("forgetting", [1.0, 0.9999, 0.9995, 0.999])
+@pytest.mark.parametrize("model", ["energy", "momentum"])
+@pytest.mark.parametrize("robot", ["panda", "puma560"])
+def test_a_gripped_load_on_arms_of_six_and_seven_joints(robot, model, forgetting) -> None:
+    """The energy model knows it after 60 s at the latest."""
+    gripped(robot, model, forgetting, 60)

@@ -16,7 +16,7 @@ from symgen.runtime.identifier import identifier_module
 
 _MODELS = ("energy", "momentum")
 _MODES = ("start", "sliding", "consecutive")  # as identifier.h numbers them
-_OUTLIER, _NOT_EXCITED = 4, 8  # as NAME.h numbers them
+_OUTLIER, _NOT_EXCITED, _CHANGING = 4, 8, 16384  # as NAME.h numbers them
 
 
 class Identifier:
@@ -30,15 +30,16 @@ class Identifier:
     and forgets nothing. Otherwise it forgets only in the directions that the motion excites.
 
     The median of its neighbours replaces a single absurd sample. If the robot changes, for example
-    by a load, or if the first samples are absurd, a second estimate from newer equations replaces
-    the first. It does so only if it predicts new equations better.
+    by a load, the status is "changing" and X stays, until a second estimate from newer equations
+    predicts new equations better, and those of the motion before the change well enough.
 
     Args:
         evaluator: the loaded model, compiled (`symgen.load(model, backend="c")`).
         window: length of a window in samples; not used in mode "start".
         mode: "start", "sliding" or "consecutive".
         forgetting: weight of the past for each new sample, in (0, 1]. The memory of
-            1 / (1 - forgetting) samples should be longer than the period of the motion.
+            1 / (1 - forgetting) samples should be longer than the period of the motion. It contains
+            at least 4 p equations.
         model: "energy", with one equation for each window, or "momentum", with n equations of equal
             weight for each window.
         speed_noise: (n,) standard deviations of the noise of qd, rad/s or m/s. None, or 0 for a
@@ -154,11 +155,14 @@ class Identifier:
     def read(self) -> tuple[FloatArray, FloatArray]:
         """Return the estimate X and its standard deviations, (p,) each, in the order of X.
 
+        While the status is "changing", they are those of before the change.
+
         Raises:
             IdentificationError: the samples so far do not determine every parameter.
         """
         X, std = np.empty(self._p), np.empty(self._p)
-        self._require(self._call("_read", self._state, X, std))
+        found = self._call("_read", self._state, X, std)
+        self._require(0 if found == _CHANGING else found)
         return X, std
 
     def excited(self) -> FloatArray:
@@ -185,6 +189,8 @@ class Identifier:
     def status(self) -> str:
         """Result for the equations that the latest sample closed.
 
+        - "changing": recent equations contradict X, which is that of before a change of the robot,
+          such as a load.
         - "taken": the identifier used them.
         - "outlier": an equation contradicts the estimate and is not used, or a sample was absurd
           and is replaced.
@@ -192,6 +198,8 @@ class Identifier:
           joints rest.
         """
         status = self._call("_status", self._state)
+        if status & _CHANGING:
+            return "changing"
         if status & _OUTLIER:
             return "outlier"
         return "not excited" if status & _NOT_EXCITED else "taken"

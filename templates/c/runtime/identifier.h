@@ -29,7 +29,9 @@
  *     for (;;) {
  *         ... measure q, qd, tau ...
  *         NAME_identifier_step(&memory, q, qd, tau, dt{{ g }});
- *         if (NAME_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
+ *         status = NAME_identifier_read(&memory, X, std);
+ *         if (status == NAME_OK) { ... X is that of the robot ... }
+ *         if (status == NAME_CHANGING) { ... X is that of before a change ... }
  *     }
  *
  * Rest. A joint rests where the mean size of its speed over NAME_REST_TIME is at most 3 standard
@@ -131,6 +133,9 @@ typedef struct NAME_identifier_joint {
 typedef struct NAME_identifier_estimate {
     NAME_least_squares least_squares;
     NAME_real largest; /* right-hand side of an equation taken */
+    size_t contradicted; /* rises with equations that contradict X, falls with others */
+    NAME_real missed;  /* mean square of recent innovations, over their variance */
+    NAME_real allowed; /* the part of X in that variance */
 } NAME_identifier_estimate;
 
 /* What a model is to the identifier. For each equation of a window,
@@ -151,8 +156,9 @@ typedef struct NAME_identifier {
     int read;        /* which is read: 0 or 1 */
     size_t age;      /* of the challenger, in equations */
     size_t span;     /* to its end */
-    size_t contradicted; /* rises with outliers, falls with other equations */
-    int fresh;       /* nonzero: the challenger began when they had become many */
+    int changing;    /* nonzero: recent equations contradict the X that is read */
+    int examined;    /* rows of its R that the challenger has been examined by */
+    NAME_real leverage; /* of the challenger on these */
     NAME_real lead;  /* sum of its scores */
     NAME_real squares; /* sum of their squares */
     NAME_identifier_columns *columns;
@@ -230,7 +236,7 @@ size_t NAME_identifier_size(size_t window);
  * excites all parameters (1: keep everything; below 1, equations that would teach much less than
  * they replace are left out: see the status). So
  * 1 / (1 - forgetting) samples are remembered, whatever the mode, the window and the equations of a
- * window; they must hold several times the equations that X needs.
+ * window, and 4 NAME_PARAMETERS equations at least.
  * Returns 0; nonzero (and the memory untouched) when an argument is out of range, the memory too
  * small or badly aligned.
  */
@@ -257,7 +263,7 @@ int NAME_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
  *
  * At most one window closes, the first with the twelfth sample at the earliest; the work is
  * bounded, whatever the window: the columns of one sample, and one equation of each of the two
- * estimates. Beside a step much longer than
+ * estimates, with two rows of their comparison. Beside a step much longer than
  * its neighbours (from about three times on) fewer samples are used, down to the trapezoid: no
  * polynomial reaches so far.
  */
@@ -277,6 +283,14 @@ int NAME_identifier_step(void *state, const NAME_real *q, const NAME_real *qd,
  * (its leverage, see NAME_least_squares.h) would replace what is known by noise. Also where all
  * joints rest, or the joint of an equation.
  *
+ * NAME_CHANGING: the robot is no longer the one that X is of. More than a fifth of the equations
+ * contradict X by more than three standard deviations, for as many as eight windows have; at most a
+ * ninth does so by chance, whatever the noise (Chebyshev). X then stays, and a second estimate goes
+ * on from it: known so much worse that these equations agree. It takes the place of X when it
+ * predicts new equations better, and when three standard deviations of what it predicts for the
+ * motion of before, too, are less than what X misses. The bit also ends when X is right again, or
+ * when no other X is better for a long time: then the equations are as noisy as that.
+ *
  * Before X is determined nothing can be compared, and every equation is taken.
  */
 int NAME_identifier_status(const void *state);
@@ -294,8 +308,9 @@ int NAME_identifier_run(void *state, size_t N, const NAME_real *t, const NAME_re
                         const NAME_real *qd, const NAME_real *tau{{ G }});
 
 /* The parameters X and, unless NULL, their standard deviations, NAME_PARAMETERS values each.
- * Returns what NAME_least_squares_solve returns: 0, or the number of the first parameter that the
- * data do not determine. */
+ * Returns what NAME_least_squares_solve returns, 0 or the number of the first parameter that the
+ * data do not determine; or NAME_CHANGING: X and std are those of before a change of the robot, such
+ * as a load, until another X is better (see NAME_identifier_status). */
 int NAME_identifier_read(const void *state, NAME_real *X, NAME_real *std);
 
 /* The noise of qd: standard deviations, NAME_JOINTS values in rad/s or m/s. 0, or NULL for all
