@@ -306,7 +306,7 @@ static void note(planar2r_identifier_estimate *x, const verdict *v, planar2r_rea
     const planar2r_real square = ratio < LARGEST ? ratio * ratio : (planar2r_real)LARGEST * LARGEST;
     x->missed += (square - x->missed) / (planar2r_real)recent;
     x->allowed += (v->leverage / (1 + v->leverage) - x->allowed) / (planar2r_real)recent;
-    if (ratio > FAR) {
+    if (ratio > FAR && 2 * x->least_squares.count > SPAN_SHARE * planar2r_PARAMETERS) {
         x->contradicted += FAR_SHARE;
     } else if (x->contradicted > 0) {
         x->contradicted--;
@@ -488,6 +488,12 @@ static size_t many(const planar2r_identifier *s)
     return (size_t)FAR_SHARE * MANY * (size_t)s->equations;
 }
 
+/* Whether the challenger predicts better, and not by chance: see compete. */
+static int leads(const planar2r_identifier *s)
+{
+    return s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares;
+}
+
 /* Look for a change of the robot in the equations that contradict the estimates. */
 static void find_change(planar2r_identifier *s)
 {
@@ -496,7 +502,7 @@ static void find_change(planar2r_identifier *s)
     if (s->changing == 0 && settled->contradicted >= many(s)) {
         s->changing = 1;
         doubt(s, settled);
-    } else if (s->changing != 0 && settled->contradicted == 0 && s->lead <= 0) {
+    } else if (s->changing != 0 && settled->contradicted == 0 && !leads(s)) {
         s->changing = 0;
         challenge(s, first_span());
     } else if (s->changing != 0 && young->contradicted >= many(s)) {
@@ -575,7 +581,7 @@ static void compete(planar2r_identifier *s, planar2r_real wrong_old, planar2r_re
         s->squares += score * score;
     }
     const int due = s->age >= s->span;
-    const int better = s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares;
+    const int better = leads(s);
     const int alone = wrong_old < 0 && wrong_young >= 0; /* the old one knows no X */
     if ((due && alone) || (better && (due || s->changing != 0) && examine(s))) {
         replace(s);

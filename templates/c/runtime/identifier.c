@@ -307,7 +307,7 @@ static void note(NAME_identifier_estimate *x, const verdict *v, NAME_real ratio,
     const NAME_real square = ratio < LARGEST ? ratio * ratio : (NAME_real)LARGEST * LARGEST;
     x->missed += (square - x->missed) / (NAME_real)recent;
     x->allowed += (v->leverage / (1 + v->leverage) - x->allowed) / (NAME_real)recent;
-    if (ratio > FAR) {
+    if (ratio > FAR && 2 * x->least_squares.count > SPAN_SHARE * NAME_PARAMETERS) {
         x->contradicted += FAR_SHARE;
     } else if (x->contradicted > 0) {
         x->contradicted--;
@@ -502,6 +502,12 @@ static size_t many(const NAME_identifier *s)
     return (size_t)FAR_SHARE * MANY * (size_t)s->equations;
 }
 
+/* Whether the challenger predicts better, and not by chance: see compete. */
+static int leads(const NAME_identifier *s)
+{
+    return s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares;
+}
+
 /* Look for a change of the robot in the equations that contradict the estimates. */
 static void find_change(NAME_identifier *s)
 {
@@ -510,7 +516,7 @@ static void find_change(NAME_identifier *s)
     if (s->changing == 0 && settled->contradicted >= many(s)) {
         s->changing = 1;
         doubt(s, settled);
-    } else if (s->changing != 0 && settled->contradicted == 0 && s->lead <= 0) {
+    } else if (s->changing != 0 && settled->contradicted == 0 && !leads(s)) {
         s->changing = 0;
         challenge(s, first_span());
     } else if (s->changing != 0 && young->contradicted >= many(s)) {
@@ -589,7 +595,7 @@ static void compete(NAME_identifier *s, NAME_real wrong_old, NAME_real wrong_you
         s->squares += score * score;
     }
     const int due = s->age >= s->span;
-    const int better = s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares;
+    const int better = leads(s);
     const int alone = wrong_old < 0 && wrong_young >= 0; /* the old one knows no X */
     if ((due && alone) || (better && (due || s->changing != 0) && examine(s))) {
         replace(s);
