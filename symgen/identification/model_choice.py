@@ -160,8 +160,7 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -
     robot = run.evaluator.model.robot
     every = [f for log in run.logs for f in unmended_faults(log.samples, robot.passive)]
     broken = tuple(Reason("broken_channel", text=f.fault) for f in every)
-    # With parameters that the logs cannot separate, the search could name any of several causes.
-    if broken or robot.loaded or proportional_joints(run.train):
+    if broken:
         return replace(run, shown=broken)
     answer = ask(run.evaluator, run.train, run.held, least, opened.progress)
     for change in answer.delays:
@@ -177,7 +176,11 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -
     # The filter spreads masked samples slightly into the rows around them.
     masked = any(log.mask is not None for log in run.logs)
     largest = 0.0 if masked else answer.largest_fold_error
-    return replace(run, shown=answer.shown, suspected=answer.suspected, largest_fold_error=largest)
+    run = replace(run, largest_fold_error=largest)
+    # With parameters that the logs cannot separate, the search could name any of several causes.
+    if proportional_joints(run.train):
+        return run
+    return replace(run, shown=answer.shown, suspected=answer.suspected)
 
 
 def _without(run: Run, contacts: Sequence[Contact]) -> Run:

@@ -142,19 +142,40 @@ def test_what_else_is_hidden_is_named_with_its_size(case: str, tmp_path: Path) -
     agrees(diagnosed(case, tmp_path), *SLOW[case])
 
 
+def loaded(robot: symgen.Robot) -> symgen.Robot:
+    """Return the robot with the effect that `load_friction` hides, declared."""
+    effect = '[[effect]]\nname = "load_dependent_friction"\njoints = [1]\n'
+    return symgen.parse_robot(f"{symgen.robot_toml(robot)}\n{effect}")
+
+
 def test_a_share_of_the_load_is_identified_where_it_is_declared() -> None:
     log = stored("load_friction")
-    text = symgen.robot_toml(log.robot)
-    robot = symgen.parse_robot(
-        f'{text}\n[[effect]]\nname = "load_dependent_friction"\njoints = [1]\n'
-    )
-    logs = made("train", log.train), made("test", log.test)
+    robot, logs = loaded(log.robot), (made("train", log.train), made("test", log.test))
     estimate = symgen.identify(robot, logs[0], validation=logs[1], model="torque")
     found = {p.name: p for p in estimate.parameters}["FL1"]
     assert estimate.verdict == "trusted"
     assert found.value == pytest.approx(0.0756, abs=4 * found.std)
     with pytest.raises(symgen.IdentificationError, match="model torque"):
         symgen.identify(robot, logs[0], validation=logs[1], model="energy")
+
+
+@pytest.mark.parametrize("fault", ["delay", "external_contact"])
+def test_a_declared_share_of_the_load_leaves_no_fault_of_the_recorder_in(fault: str) -> None:
+    log = stored("load_friction")
+    logs = [made("train", log.train), made("test", log.test)]
+    for k, sound in enumerate(logs):
+        tau = sound.tau.copy()
+        if fault == "delay":  # of 10 ms
+            tau[1:] = tau[:-1].copy()
+        elif sound.name == "train":  # a push of half a second
+            tau[800:850, 0] += np.std(tau[:, 0])
+        logs[k] = replace(sound, tau=tau)
+    estimate = symgen.identify(loaded(log.robot), logs[0], validation=logs[1], model="torque")
+    assert [repair.kind for repair in estimate.repairs] == [fault]
+    assert estimate.torque_validation.relative < 0.006
+    found = {p.name: p for p in estimate.parameters}["FL1"]
+    assert found.value == pytest.approx(0.0756, abs=4 * found.std)
+    assert found.std < 0.002
 
 
 def test_the_extended_robot_computes_what_the_diagnosis_says(tmp_path: Path) -> None:
