@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
 import sympy as sp
 
 from symgen import names
@@ -29,19 +28,16 @@ def extended(
 ) -> Robot | None:
     """Return the robot with an effect declared; None if a robot file cannot declare it.
 
-    A tilted base changes gravity, a length error changes a length, and a zero offset an angle.
+    A length error changes a length, and a zero offset an angle.
 
     Args:
         robot: the robot without the effect.
         definition: the effect.
         positions: indices of the movable joints that it acts on.
         constants: value of every constant; written with six digits.
-        coefficients: values that change the geometry or gravity: TX.. of a tilt, delta_d2 of a
-            length.
+        coefficients: values that change the geometry, as delta_d2 of a length.
     """
     numbers = [robot.movable[i].number for i in positions]
-    if definition.name == "base_tilt" and coefficients:
-        return _tilted(robot, coefficients)
     if definition.name == "geometry_error" and coefficients:
         return _lengthened(robot, numbers[0], coefficients)
     if definition.name == "zero_offset" and coefficients:
@@ -117,14 +113,6 @@ def _middle(robot: Robot, position: int, search: SearchRange) -> float:
     if search.scale == "gear" and robot.drive is not None:
         return round(value) * robot.drive.ratio[position][position]
     return float(round(value)) if search.scale in ("turn", "gear") else value
-
-
-def _tilted(robot: Robot, coefficients: Mapping[str, float]) -> Robot:
-    """Return the robot with its base rotated by beta, so that gravity is g - beta x g."""
-    gravity = np.array([float(g) for g in robot.with_values().gravity])
-    beta = np.array([coefficients.get(f"T{axis}", 0.0) for axis in "XYZ"])
-    turned = gravity - np.cross(beta, gravity)
-    return replace(robot, gravity=tuple(_rounded(g) for g in turned))
 
 
 def _lengthened(robot: Robot, number: int, coefficients: Mapping[str, float]) -> Robot:

@@ -269,12 +269,13 @@ def _undone(robot: Robot, w: Weighed, change: Change) -> FoundEffect:
     plain = _plain(robot, w)
     suffix = plain.joints[-1] if plain.joints else ""
     constants = (
-        FoundParameter(f"{name}{suffix}", value, math.nan, unit)
+        FoundParameter(f"{name}{suffix}", value, change.std.get(name, math.nan), unit)
         for name, (value, unit) in change.constants.items()
     )
     where = change.channels or "robot file"
     expression = f"{plain.expression} ({where})"
-    return replace(plain, parameters=tuple(constants), expression=expression)
+    declared = change.gravity is not None
+    return replace(plain, parameters=tuple(constants), expression=expression, declared=declared)
 
 
 def _touched(robot: Robot, same: Sequence[Weighed]) -> FoundEffect:

@@ -20,10 +20,13 @@ from symgen.faults.undo import backwards, earlier, rearranged, sharpened
 from symgen.hypotheses.score import Key
 from symgen.robot.effect import Definition, definitions
 from symgen.robot.types import Robot
+from symgen.symbolic.variation import variation
 
 #: Returns the torque in the band (K, n) of logs whose torques are moved earlier by some seconds.
 Torque = Callable[[float], FloatArray]
 MOTION = ("q", "qd")
+#: Name of the hypothesis that the gravity of the file is wrong, by any angle or altogether.
+TILT = "base_tilt"
 #: Grid of delays and time constants, s.
 _DELAYS = tuple(0.002 * 2**k for k in range(9))
 _STEP = 1e-3  # s, half width of the central difference of a torque
@@ -51,6 +54,7 @@ class Change:
         lag: s, time constant of a first-order filter of the torques.
         turns: whether the samples are in reversed order.
         gravity: corrected gravity in frame 0, m/s2; None for that of the file.
+        std: standard deviations of constants by name, where they are known.
     """
 
     definition: Definition
@@ -63,11 +67,12 @@ class Change:
     lag: float = 0.0
     turns: bool = False
     gravity: tuple[float, ...] | None = None
+    std: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def key(self) -> Key:
         """Name and joints, without the size."""
-        return self.definition.name, self.joints
+        return self.definition.name if self.gravity is None else TILT, self.joints
 
     @property
     def channels(self) -> str:
@@ -161,13 +166,43 @@ def motion_changes(robot: Robot) -> Iterator[list[Change]]:
 
 
 def gravities(robot: Robot) -> Iterator[list[Change]]:
-    """Yield gravity along both directions of each axis of frame 0, and zero gravity.
+    """Yield the grid of one hypothesis: both directions of each axis of frame 0, and no gravity.
 
-    It skips the gravity of the file and directions near it.
+    It skips the gravity of the file and directions near it. `symgen.hypotheses.trials` finds the
+    directions between the axes.
     """
-    for g in _gravities(robot):
-        constants = {f"g{x}": (v, "m/s2") for x, v in zip("xyz", g, strict=True)}
-        yield [Change(definitions()["gravity_direction"], (), {}, constants, gravity=g)]
+    if not robot.imu:
+        declared = variation(robot).gravity
+        size = np.linalg.norm(declared) or 9.81
+        grid = size * np.concatenate([np.eye(3), -np.eye(3), np.zeros((1, 3))])
+        far = np.linalg.norm(grid - declared, axis=1) > 0.1 * size
+        yield [another_gravity(robot, g) for g in grid[far]]
+
+
+def another_gravity(robot: Robot, gravity: FloatArray, std: Iterable[float] = ()) -> Change:
+    """Return the change of the gravity of the file to another one, along an axis or by a tilt.
+
+    Its constants are the components of gravity and, for a tilt, the rotation vector T of the base:
+    gravity turns by -T in frame 0.
+
+    Args:
+        robot: the robot with the gravity of its file.
+        gravity: (3,) in frame 0, m/s2.
+        std: standard deviations of its components; empty if they are unknown.
+    """
+    from scipy.spatial.transform import Rotation
+
+    declared, name = variation(robot).gravity, "gravity_direction"
+    after = np.round(gravity, 5) + 0.0  # without -0.0
+    numbers = [(f"g{axis}", x, "m/s2") for axis, x in zip("xyz", after, strict=True)]
+    if declared.any() and np.count_nonzero(after) > 1:
+        name = TILT
+        turn = np.round(Rotation.align_vectors(declared, after)[0].as_rotvec(), 6)
+        numbers += [(f"T{axis}", x, "rad") for axis, x in zip("XYZ", turn, strict=True) if x]
+    constants = {key: (float(x), unit) for key, x, unit in numbers}
+    deviations = dict(zip(constants, std, strict=False))
+    towards = tuple(map(float, after))
+    return Change(definitions()[name], (), {}, constants, gravity=towards, std=deviations)
 
 
 def _torque_signs(robot: Robot, work: FloatArray) -> Iterator[Change]:
@@ -228,16 +263,3 @@ def geared_by(j: int, ratio: float) -> Change:
     """Return the change that multiplies the motion of a joint by `ratio`, its torque by 1/ratio."""
     factors = {"q": ratio, "qd": ratio, "tau": 1 / ratio}
     return Change(definitions()["gear_ratio"], (j,), factors, {"ratio": (ratio, "")})
-
-
-def _gravities(robot: Robot) -> Iterator[tuple[float, ...]]:
-    if robot.imu:
-        return
-    plain = robot.with_values().gravity
-    declared = np.array([float(g) for g in plain])
-    size = float(np.linalg.norm(declared)) or 9.81
-    for axis in (*np.eye(3), *-np.eye(3)):
-        if np.linalg.norm(size * axis - declared) > 0.1 * size:
-            yield tuple(float(x) for x in size * axis + 0.0)  # without -0.0
-    if declared.any():
-        yield (0.0, 0.0, 0.0)

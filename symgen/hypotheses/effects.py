@@ -49,7 +49,8 @@ class Torques:
         friction: (N, n) friction of the declared model, without accepted effects.
         links: (links, 10) link parameters that give this torque, one of many such sets.
         of_links: function from the arrays of `FilteredLog.motion` to the torque (k, n) of these
-            links, in the geometry and gravity of the file.
+            links, in the geometry of the file.
+        gravity: gravity of the model in frame 0, (3,) m/s2.
     """
 
     model: FloatArray
@@ -57,6 +58,7 @@ class Torques:
     friction: FloatArray
     links: FloatArray
     of_links: Callable[..., FloatArray]
+    gravity: FloatArray
 
     def rigid(self, s: FilteredLog) -> FloatArray:
         """Return the torque of the links along a log, (N, n)."""

@@ -65,7 +65,7 @@ def special_candidates(
             because it does not change after the parameters are identified.
         logs: logs in which a load may begin.
     """
-    yield from _tilts(robot)
+    yield from _tilts(robot, fixed)
     yield from _elastic(robot, bent)
     yield from _loose(robot)
     yield from _on_joints(robot)
@@ -91,8 +91,8 @@ def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) 
     return v.regressor(state, links, gravity).reshape(-1, len(links))
 
 
-def _tilts(robot: Robot) -> Iterator[Candidate]:
-    """Yield a tilt of the base about the two axes of frame 0 most normal to gravity.
+def _tilts(robot: Robot, fixed: bool) -> Iterator[Candidate]:
+    """Yield a small tilt of the base about the two axes of frame 0 most normal to gravity.
 
     The base turns by beta, so gravity turns by -beta in frame 0: dg = -beta x g. A robot with an
     IMU has no such candidate, because the IMU measures its tilt.
@@ -122,7 +122,8 @@ def _tilts(robot: Robot) -> Iterator[Candidate]:
 
     coefficients = tuple((name, "rad") for name in turned)
     tilt = _of_links("base_tilt", (), columns, [1.0] * len(turned), coefficients)
-    yield replace(tilt, size=len(turned) + len(hidden))
+    # With fixed parameters, the columns stay in the model.
+    yield replace(tilt, size=len(turned) + len(hidden), first_order=not fixed)
 
 
 def _hidden(v: Variation, fields: Sequence[FloatArray]) -> FloatArray:
@@ -161,7 +162,8 @@ def _lengthened(
 ) -> Columns:
     """Return d tau / d length, for one of many equivalent sets of link parameters."""
     state = s.motion
-    return _column(_slope(lambda h: v.torque(state, torques.links, changes={length: h})))
+    links, g = torques.links, torques.gravity
+    return _column(_slope(lambda h: v.torque(state, links, g, {length: h})))
 
 
 def _slope(torque: Callable[[float], FloatArray], step: float = _STEP) -> FloatArray:

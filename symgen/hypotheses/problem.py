@@ -135,18 +135,16 @@ class Problem:
     def tried(self, change: Change) -> Problem:
         """Return the problem with a change undone, without deriving a new model.
 
-        For another gravity, each link parameter has a separate column, because base parameters
+        For another gravity, each standard parameter has a separate column, because base parameters
         depend on the direction of gravity.
         """
         if change.gravity is None:
             return self.changed(change)
-        others = [
-            k
-            for k, p in enumerate(self.evaluator.model.base.parameters[: self.base.W.shape[2]])
-            if self.evaluator.model.base.standard[p.index].prefix not in names.LINK
-        ]
-        links = self._free + np.tensordot(change.gravity, self._weights, 1)
-        W = np.concatenate([links, self.base.W[:, :, others]], axis=2)
+        standard = self.evaluator.model.base.standard
+        others = [k for k, p in enumerate(standard) if p.prefix not in names.LINK]
+        own = regrouping(self.evaluator.model)[: self.base.W.shape[2], others]
+        links = self._free + np.tensordot(change.gravity, self.pulls, 1)
+        W = np.concatenate([links, self.base.W @ own], axis=2)
         return replace(self, base=fitted(self.logs, W, self.base.y))
 
     @cached_property
@@ -155,7 +153,7 @@ class Problem:
         return self._of_all_links(np.zeros(3), 1.0)
 
     @cached_property
-    def _weights(self) -> FloatArray:
+    def pulls(self) -> FloatArray:
         """(3, K, n, 10 links) regressors for 1 m/s2 of gravity along each axis of frame 0."""
         return np.array([self._of_all_links(axis, 0.0) for axis in np.eye(3)])
 
@@ -212,7 +210,8 @@ class Problem:
         torque, load = _split(extended or self.evaluator, X, log)
         friction = np.subtract(*_split(self.evaluator, self.X, log))
         links = link_values(self.robot, self.evaluator.model.base, X if inside is None else inside)
-        return Torques(torque, load, friction, links, partial(self._of_links, links))
+        gravity = variation(self.robot).gravity
+        return Torques(torque, load, friction, links, partial(self._of_links, links), gravity)
 
     def _of_links(self, links: FloatArray, *motion: FloatArray) -> FloatArray:
         """Return the torque (k, n) of links with parameters (links, 10), without friction."""

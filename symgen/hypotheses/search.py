@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symgen.estimation.values import FloatArray
+from symgen.hypotheses.changes import TILT
 from symgen.hypotheses.effects import Candidate, Score, total_odds
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
 from symgen.hypotheses.held import in_one_log
@@ -48,7 +49,7 @@ from symgen.hypotheses.score import (
 )
 from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
-from symgen.hypotheses.trials import exact_change, motion_trials, torque_trials
+from symgen.hypotheses.trials import exact_change, exact_gravity, motion_trials, torque_trials
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, LOUD, SHOWN, SURE
 
@@ -96,6 +97,12 @@ def search(
             break
         result = new
         visited.add(result.keys)
+    for tilt in result.changes:
+        if tilt.definition.name == TILT:  # fit it again, on all logs and beside all effects
+            rest = result.with_items(leave_out(result.items, tilt))
+            stage = rest.problem.stage(rest.effects)
+            exact = exact_gravity(stage, np.array(tilt.change.gravity))
+            result = rest.with_items((replace(tilt, change=exact), *rest.items))
     result = in_one_log(result)
     if registry.contacts:
         result = _with_validation_contacts(result, least)

@@ -3,6 +3,9 @@
 Changes of torques share the regressor, so all of them are tried. A change of the motion needs new
 rows. It is tried only if the model error is large, and on a piece of the logs. Another gravity is
 also tried at small errors, because least squares hide most of it in other parameters.
+
+A first-order column and the axes of frame 0 show that gravity is wrong. `exact_gravity` then turns
+it to the best fit.
 """
 
 from __future__ import annotations
@@ -15,9 +18,13 @@ from functools import cache
 import numpy as np
 
 from symgen.errors import IdentificationError
+from symgen.estimation.solve import SINGULAR
+from symgen.estimation.values import FloatArray
 from symgen.hypotheses.changes import (
+    TILT,
     Change,
     Torque,
+    another_gravity,
     geared_by,
     gravities,
     late,
@@ -30,10 +37,13 @@ from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.registry import Changed
 from symgen.hypotheses.score import TEMPERATURE, ScoreFit, worth_and_gain
+from symgen.policy import SURE
+from symgen.symbolic.variation import variation
 
 #: Duration of each log for trials of the motion, and for trials of gravity alone, s.
 _PIECE, _LONGER = 10.0, 60.0
 _ROUNDS = 3  # of Newton's method for the size of a gear ratio
+_TURNS = 8  # of gravity by the Gauss-Newton method
 
 
 def torque_trials(stage: Stage) -> Iterator[Changed]:
@@ -64,19 +74,55 @@ def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
                 fits.append(_fit_of_motion(alone, change))
             except (IdentificationError, np.linalg.LinAlgError):
                 fits.append(alone.score.alone)
-        yield _best_of(alone, grid, fits)
+        best = _best_of(alone, grid, fits)
+        if any(best.change.gravity or ()):
+            # The opposite gravity carries the same weight if all first moments change their sign.
+            nearest = np.array(best.change.gravity)
+            both = [exact_gravity(alone, g) for g in (nearest, -nearest)]
+            for change in both:  # an axis is exact, and the nearer one is right, unless it is sure
+                against = np.dot(change.gravity or (), variation(piece.robot).gravity) < 0
+                fit = _fit_of_motion(alone, change)
+                fits.append(fit._replace(score=fit.score - SURE * (1 + against)))
+            best = _best_of(alone, [*grid, *both], fits)
+        yield best
 
 
 def exact_change(stage: Stage, new: Score) -> Changed:
-    """Return the gear ratio whose first-order approximation is the column of an effect."""
-    (j,) = new.candidate.joints
+    """Return the gear ratio or tilt whose first-order approximation is the column of an effect."""
     problem, size = stage.problem, 1.0
+    if new.candidate.name == TILT:
+        gravity = exact_gravity(stage, variation(problem.robot).gravity)
+        return Changed(gravity, new.odds, new.worth, new.gain)
+    (j,) = new.candidate.joints
     for _ in range(_ROUNDS):
         other = problem if size == 1.0 else problem.changed(geared_by(j, size))
         rows = other.stage()
         fit = rows.score.fit_with(rows.log_columns(new.candidate))
         size *= 1 + float(fit.coefficients[0])
     return Changed(geared_by(j, size), new.odds, new.worth, new.gain)
+
+
+def exact_gravity(stage: Stage, gravity: FloatArray) -> Change:
+    """Turn gravity to the best fit of a model whose link parameters are fitted to each direction.
+
+    Gauss-Newton with the columns of the turn orthogonal to the model (variable projection).
+
+    Args:
+        stage: the model with the gravity of the file, and the accepted effects.
+        gravity: (3,) near the solution, m/s2; its norm stays.
+    """
+    problem, size = stage.problem, np.linalg.norm(gravity)
+    for _ in range(_TURNS):
+        change = another_gravity(problem.robot, gravity)
+        rows = problem.tried(change).stage(stage.effects).rows
+        pulls = problem.pulls @ rows.X[: problem.pulls.shape[-1]]
+        fields = -np.cross(np.eye(3), gravity)  # d gravity/d angle about each axis
+        free = rows.orthogonal_part(rows.whitened(np.tensordot(pulls, fields, (0, 1))))
+        inverse = np.linalg.pinv(free.T @ free, SINGULAR)
+        gravity = gravity + inverse @ (free.T @ rows.whitened_residual.ravel()) @ fields
+        gravity = gravity * (size / np.linalg.norm(gravity))
+    std = np.sqrt(TEMPERATURE * np.diag(fields.T @ inverse @ fields))
+    return another_gravity(problem.robot, gravity, std.tolist())
 
 
 def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Changed:

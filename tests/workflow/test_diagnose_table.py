@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from stored_logs import made, stored
-from sympy import Rational
+from sympy import Rational, pi
 
 import symgen
 
@@ -259,3 +259,33 @@ def test_gravity_of_the_file_along_another_axis_is_named(gravity) -> None:
     told = [(e.name, e.shown) for e in found.effects if e.adopted]
     assert told == [("gravity_direction", True)]
     assert found.after.total < 0.007
+
+
+@pytest.mark.parametrize("degrees", [35, 120])
+def test_a_base_that_is_tilted_turns_gravity_and_keeps_its_norm(degrees: int) -> None:
+    """In a frame 0 that is turned about x, the gravity of the logs is turned the other way."""
+    log = stored("sound")
+    first, *others = log.robot.joints
+    tilted = replace(log.robot, joints=(replace(first, alpha=pi * degrees / 180), *others))
+    train, test = made("train", log.train), made("test", log.test)
+    found = symgen.diagnose(tilted, train, validation=test)
+    told = [(e.name, e.joints, e.shown, e.declared) for e in found.effects if e.adopted]
+    assert told == [("base_tilt", (), True, True)]
+    gravity = np.array([float(g) for g in found.extended.gravity])
+    assert np.linalg.norm(gravity) == pytest.approx(9.81, rel=1e-5)
+    by_name = {p.name: p for p in found.effects[0].parameters}
+    assert by_name["TX"].value == pytest.approx(-np.radians(degrees), abs=0.02)
+    angle = np.radians(degrees)
+    for name, true in zip(("gx", "gy", "gz"), (0, np.sin(angle), -np.cos(angle)), strict=True):
+        assert abs(by_name[name].value - 9.81 * true) < 4 * by_name[name].std
+    assert found.after.total < 0.007
+
+
+def test_a_tilted_base_makes_the_estimate_doubtful_with_its_angle() -> None:
+    log = stored("sound")
+    first, *others = log.robot.joints
+    tilted = replace(log.robot, joints=(replace(first, alpha=pi * 35 / 180), *others))
+    found = symgen.identify(tilted, made("train", log.train), validation=made("test", log.test))
+    assert found.verdict == "doubtful"
+    assert found.reasons[0].kind == "base_tilt"
+    assert "TX = -0.6" in found.reasons[0].text
