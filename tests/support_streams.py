@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from oracles import planar2r
+from oracles.arm import Arm, X, sines
 
 import symgen
 
-X = np.array([1.702, 0.05644, 0.15, 0.075])
-L1, FRICTION, STEP = 0.5, 0.3, 0.01
+FRICTION, STEP = 0.3, 0.01
 
 
 def motion(
@@ -22,12 +21,9 @@ def motion(
     rng = np.random.default_rng(seed)
     t = start + step * np.arange(samples)
     w, phase = rng.uniform(0.5, 6.0, (3, 2)), rng.uniform(0, 6, (3, 2))
-    angle = t[:, None, None] * w + phase
-    q, qd, qdd = (
-        (a * f(angle)).sum(axis=1) / 3 for a, f in ((1.0, np.sin), (w, np.cos), (-(w**2), np.sin))
-    )
-    tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
-    tau = tau + FRICTION * qd + 0.01 * rng.normal(size=tau.shape)
+    q, qd, qdd = sines(t, np.full((3, 2), 1 / 3), w, phase)
+    tau = Arm(X, FV=FRICTION).torque(q, qd, qdd)
+    tau += 0.01 * rng.normal(size=tau.shape)
     columns = {"t": t}
     for name, x, noise in (("q", q, 1e-4), ("qd", qd, 1e-3), ("tau", tau, 0.0)):
         for j in range(2):

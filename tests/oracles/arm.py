@@ -5,9 +5,7 @@ The links are planar2r's closed form. With u = q1 + q2, and gravity g along -y o
     tau1 = links + g (MX1R cos q1 + MX2 cos u - MY2 sin u) + FS1 sign qd1 + FV1 qd1,
     tau2 = links + g (MX2 cos u - MY2 sin u) + IA2 qdd2 + FS2 sign qd2 + FV2 qd2.
 
-MX1R = MX1 + L1 M2.
-
-Arrays q, qd, qdd, tau are (..., 2) in rad, rad/s, rad/s2, N m; t is in s.
+MX1R = MX1 + L1 M2. Arrays q, qd, qdd, tau are (..., 2) in rad, rad/s, rad/s2, N m; t is in s.
 """
 
 from __future__ import annotations
@@ -57,8 +55,8 @@ class Arm:
 
     def acceleration(self, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
         """Accelerations under torques of the motors."""
-        force = tau - self.weight(q) - self.FS * np.sign(qd) - self.FV * qd
-        return planar2r.forward_dynamics(q, qd, force, self.X, self.L1)
+        M = planar2r.mass_matrix(q, self.X, self.L1) + np.diag([0.0, self.IA2])
+        return np.linalg.solve(M, (tau - self.torque(q, qd, 0 * qd))[..., None])[..., 0]
 
     def carrying(self, mass: float, at: float) -> Arm:
         """The arm with a point mass at x = `at` of its second link."""
@@ -82,33 +80,9 @@ HANGING = Arm(X, MX1R=0.6, g=9.81, FS=np.array([0.25, 0.08]), FV=np.array([0.15,
 IN_PLANE = "[0.0, -9.81, 0.0]"
 
 
-def robot_toml(
-    name: str, joint: str = 'friction = ["coulomb", "viscous"]', gravity: str = "[0.0, 0.0, -9.81]"
-) -> str:
-    """The arm as a robot.toml, L1 = 0.5 m; joint holds the lines of both joints."""
-    return f"""
-[robot]
-name = "{name}"
-gravity = {gravity}
-[[joint]]
-{joint}
-[[joint]]
-d = 0.5
-{joint}
-"""
-
-
 def sines(t: np.ndarray, a: object, w: object, phase: object = 0.0) -> Arrays:
     """q, qd, qdd (N, n) of sums over k of a sin(w t + phase); a, w, phase are (k, n) or (n,)."""
     a, w, phase = (np.atleast_2d(np.asarray(x, dtype=float)) for x in (a, w, phase))
     angle = t[:, None, None] * w + phase
     waves = (a * np.sin(angle), a * w * np.cos(angle), -a * w**2 * np.sin(angle))
     return tuple(np.sum(x, axis=1) for x in waves)
-
-
-def harmonics(rng: np.random.Generator, seed: int) -> tuple[np.ndarray, Arrays]:
-    """t (N,) of 12 s at 200 Hz, and q, qd, qdd of five harmonics; the seed sets the rate."""
-    t = np.arange(0, 12, 0.005)
-    w = 2 * np.pi * 0.15 * np.arange(1, 6)[:, None] * (1 + 0.03 * seed)
-    a, phase = rng.uniform(0.1, 0.5, (2, 5)), rng.uniform(0, 6, (2, 5))
-    return t, sines(t, a.T, w, phase.T)

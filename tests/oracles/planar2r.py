@@ -18,12 +18,14 @@ import numpy as np
 NAMES = ("ZZ1R", "ZZ2", "MX2", "MY2")
 
 
-def robot_toml(name: str, joint: str = 'friction = ["coulomb", "viscous"]') -> str:
+def robot_toml(
+    name: str, joint: str = 'friction = ["coulomb", "viscous"]', gravity: str = "[0.0, 0.0, -9.81]"
+) -> str:
     """The arm as a robot.toml, L1 = 0.5 m; joint holds the lines of both joints."""
     return f"""
 [robot]
 name = "{name}"
-gravity = [0.0, 0.0, -9.81]
+gravity = {gravity}
 [[joint]]
 {joint}
 [[joint]]

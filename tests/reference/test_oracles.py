@@ -1,11 +1,13 @@
 """The oracles agree with each other and with published counts, before anything relies on them."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from oracles import planar2r
+from oracles.arm import Arm as TwoLinks
 from oracles.exact import (
     MP,
     exact_energy_regressor,
@@ -204,6 +206,21 @@ def test_planar2r_equals_pinocchio() -> None:
         expected = reference.inverse_dynamics(q[i], qd[i], qdd[i])
         np.testing.assert_allclose(tau[i], expected, atol=1e-11)
         assert energy[i] == pytest.approx(reference.kinetic_energy(q[i], qd[i]), abs=1e-11)
+
+
+@pytest.mark.usefixtures("pinocchio")
+def test_the_arm_with_gravity_equals_pinocchio() -> None:
+    links, X, L1 = _planar_parameters()
+    links[0, 7] = 0.0  # MY1
+    vertical = replace(PLANAR2R, gravity=(0, -9.81, 0))
+    reference = PinocchioArm(vertical, links, rotor_inertia=np.array([0.0, 0.3]))
+    hanging = TwoLinks(X, MX1R=links[0, 6] + L1 * links[1, 9], g=9.81, IA2=0.3, L1=L1)
+    q, qd = random_states(PLANAR2R, 20, 0)
+    qdd = random_states(PLANAR2R, 20, 1)[1]
+    tau = hanging.torque(q, qd, qdd)
+    expected = [reference.inverse_dynamics(*x) for x in zip(q, qd, qdd, strict=True)]
+    np.testing.assert_allclose(tau, expected, atol=1e-10)
+    np.testing.assert_allclose(hanging.acceleration(q, qd, tau), qdd, atol=1e-10)
 
 
 def test_planar2r_equals_the_transforms() -> None:

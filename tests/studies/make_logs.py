@@ -22,6 +22,8 @@ TESTS = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(TESTS))
 
 from oracles import backlash, planar2r, stiction  # noqa: E402
+from oracles.arm import Arm, X  # noqa: E402
+from oracles.arm import sines as waves  # noqa: E402
 from oracles.hidden.cases import case  # noqa: E402
 from oracles.hidden.engines import PinocchioEngine  # noqa: E402
 from oracles.hidden.machines import MACHINES, Machine  # noqa: E402
@@ -141,7 +143,6 @@ def loose(gear: backlash.Gear) -> Logs:
 
 
 # -- the arm of closed form, its effects written here
-X, L1 = np.array([1.702, 0.05644, 0.15, 0.075]), 0.5
 FS, FV = np.array([1.0, 0.4]), np.array([0.6, 0.25])
 DRIVE = '[drive]\nratio = [60.0, 60.0]\nposition_side = "joint"\ntorque_side = "joint"\n'
 BARE = planar2r.robot_toml("bare").replace('["coulomb", "viscous"]', "[]")
@@ -152,10 +153,7 @@ def sines(seed: int, speed: float, seconds: float, step: float) -> tuple[np.ndar
     rng = np.random.default_rng(seed)
     t = np.arange(0.0, seconds, step)
     w = speed * np.array([[0.9, 1.3], [2.1, 2.7], [3.7, 4.6]])
-    a, phase = np.array([[0.7], [0.35], [0.2]]), rng.uniform(0, 2 * np.pi, w.shape)
-    angle = t[:, None, None] * w + phase
-    waves = (a * np.sin(angle), a * w * np.cos(angle), -a * w**2 * np.sin(angle))
-    return (t, *(x.sum(axis=1) for x in waves))
+    return t, *waves(t, [[0.7], [0.35], [0.2]], w, rng.uniform(0, 2 * np.pi, w.shape))
 
 
 def dahl(q: np.ndarray, _: np.ndarray) -> np.ndarray:
@@ -195,8 +193,7 @@ def closed(
     logs = {}
     for seed, name in ((1, "train"), (2, "test")):
         t, q, qd, qdd = sines(seed, speed, seconds, 0.008)
-        tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
-        tau += FS * np.sign(qd) + FV * qd + law(q, qd)
+        tau = Arm(X, FS=FS, FV=FV).torque(q, qd, qdd) + law(q, qd)
         rng = np.random.default_rng(seed + 100)
         tau += 0.01 * np.std(tau, axis=0) * rng.normal(size=tau.shape)
         logs[name] = {"t": t, "q": q + noise * rng.normal(size=q.shape), "tau": tau}

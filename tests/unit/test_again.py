@@ -98,16 +98,14 @@ def test_what_is_unexplained_comes_with_the_command_and_the_options_of_the_call(
 ) -> None:
     import numpy as np
     from oracles import planar2r
+    from oracles.arm import Arm
 
     asked = ["identify", tmp_path / "arm.toml"]
     asked[1].write_text(planar2r.robot_toml("arm", 'friction = ["viscous"]'))
     for name, seed in (("train", 3), ("test", 4)):
         rng = np.random.default_rng(seed)
         t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
-        X = np.array([3.7, 0.8, 1.2, 0.3])
-        tau = np.array(
-            [planar2r.inverse_dynamics(*s, X, 0.5) for s in zip(q, qd, qdd, strict=True)]
-        )
+        tau = Arm(np.array([3.7, 0.8, 1.2, 0.3])).torque(q, qd, qdd)
         tau = tau + 0.05 * tau.std(axis=0) * np.cos(3 * q[:, ::-1] + qd)
         table = np.column_stack([t, q, qd, tau])
         header = "t,q1,q2,qd1,qd2,tau1,tau2"

@@ -1,7 +1,4 @@
-"""Logs in which a joint does not move, or the arm rests: no number that is trusted and wrong.
-
-The arm is the paper's, its torques from its closed form, friction and instruments written here.
-"""
+"""Logs in which a joint does not move, or the arm rests: no number that is trusted and wrong."""
 
 from __future__ import annotations
 
@@ -11,24 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oracles import planar2r
+from oracles.arm import HANGING, IN_PLANE, sines
+from oracles.planar2r import robot_toml
 from support import sampled
 
 import symgen
 
-X, L1 = np.array([1.702, 0.05644, 0.15, 0.075]), 0.5
-FS, FV = np.array([0.25, 0.08]), np.array([0.15, 0.05])
 STEP = 0.004
-ROBOT = """
-[robot]
-name = "tried"
-gravity = [0.0, -9.81, 0.0]
-[[joint]]
-friction = ["coulomb", "viscous"]
-[[joint]]
-d = 0.5
-friction = ["coulomb", "viscous"]
-"""
+ROBOT = robot_toml("tried", gravity=IN_PLANE)
 
 
 def log(name: str, size: float, seed: int, speeds: bool = True, rest: float = 0.0) -> symgen.Log:
@@ -37,20 +24,11 @@ def log(name: str, size: float, seed: int, speeds: bool = True, rest: float = 0.
     t = np.arange(0.0, 16.0, STEP)
     w = np.array([[1.1, 1.7], [2.9, 4.3]])
     phase = rng.uniform(0, 2 * np.pi, w.shape)
-    a = np.array([[0.8, 0.8], [0.3, 0.3]])
-    a[:, 1] *= size
     own, pace, slope = slowed(t) if rest else (t, 1 + 0 * t, 0 * t)
-    angle = own[:, None, None] * w + phase
-    q, first, second = (
-        np.sum(x, axis=1)
-        for x in (a * np.sin(angle), a * w * np.cos(angle), -a * w**2 * np.sin(angle))
-    )
+    q, first, second = sines(own, np.outer([0.8, 0.3], [1.0, size]), w, phase)
     qd = first * pace[:, None]
     qdd = second * pace[:, None] ** 2 + first * slope[:, None]
-    tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
-    both = X[2] * np.cos(q.sum(1)) - X[3] * np.sin(q.sum(1))
-    tau += 9.81 * np.column_stack([0.6 * np.cos(q[:, 0]) + both, both])
-    tau += FS * np.sign(qd) + FV * qd
+    tau = HANGING.torque(q, qd, qdd)
     tau += 0.01 * np.std(tau, axis=0) * rng.normal(size=tau.shape)
     if rest:
         k = round(rest / STEP)

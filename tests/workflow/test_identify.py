@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from oracles import planar2r
+from oracles.arm import Arm, X, sines
 from support import data_folder, sampled
 
 import symgen
@@ -19,19 +19,12 @@ from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.system import LinearSystem, window_equations
 from symgen.report.store import result_files, result_page
 
-X = np.array([1.702, 0.05644, 0.15, 0.075])
-L1 = 0.5
-
 
 def _motion(step: float, seconds: float, friction: float = 0.0) -> symgen.Log:
     """A smooth motion of the paper's arm with its exact torques, from its closed form."""
     t = np.arange(0.0, seconds, step)
-    w = np.array([1.1, 1.7])
-    phase = np.array([0.2, 0.9])
-    angle = t[:, None] * w + phase
-    q, qd, qdd = np.sin(angle), w * np.cos(angle), -(w**2) * np.sin(angle)
-    tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
-    return symgen.make_log("exact", t, q, tau + friction * qd, qd)
+    q, qd, qdd = sines(t, [1.0, 1.0], [1.1, 1.7], [0.2, 0.9])
+    return symgen.make_log("exact", t, q, Arm(X, FV=friction).torque(q, qd, qdd), qd)
 
 
 @pytest.mark.parametrize(

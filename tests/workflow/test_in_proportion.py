@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oracles.arm import HANGING, IN_PLANE, Arm, robot_toml, sines
+from oracles.arm import HANGING, IN_PLANE, Arm, sines
+from oracles.planar2r import robot_toml
 
 import symgen
 

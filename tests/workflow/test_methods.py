@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from oracles import planar2r
+from oracles.arm import Arm, X, sines
 from support import sampled
 
 import symgen
@@ -22,18 +22,13 @@ from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import ALL_METHODS, EquatedLog
 
-X = np.array([1.702, 0.05644, 0.15, 0.075])
-L1 = 0.5
 STEP = 0.01
 
 
-def _motion(seconds: float = 20.0) -> tuple[np.ndarray, ...]:
-    t = np.arange(0.0, seconds, STEP)
-    w, phase = np.array([1.1, 1.7]), np.array([0.2, 0.9])
-    angle = t[:, None] * w + phase
-    q, qd, qdd = np.sin(angle), w * np.cos(angle), -(w**2) * np.sin(angle)
-    tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
-    return t, q, qd, tau
+def _motion() -> tuple[np.ndarray, ...]:
+    t = np.arange(0.0, 20.0, STEP)
+    q, qd, qdd = sines(t, [1.0, 1.0], [1.1, 1.7], [0.2, 0.9])
+    return t, q, qd, Arm(X).torque(q, qd, qdd)
 
 
 def _log(seed: int | None = None, tachometer: float = 0.0, torque: float = 0.0) -> symgen.Log:
@@ -125,16 +120,12 @@ def test_huber_bears_torque_spikes() -> None:
 
 
 def test_forgetting_follows_a_load_that_is_put_down() -> None:
-    t, q, qd, tau = _motion(40.0)
+    t = np.arange(0.0, 40.0, STEP)
+    q, qd, qdd = sines(t, [1.0, 1.0], [1.1, 1.7], [0.2, 0.9])
     after = np.array([1.702, 0.04, 0.10, 0.05])
     half = len(t) // 2
-    w, phase = np.array([1.1, 1.7]), np.array([0.2, 0.9])
-    qdd = -(w**2) * np.sin(t[:, None] * w + phase)
-    tau = tau.copy()
-    tau[half:] = [
-        planar2r.inverse_dynamics(*s, after, L1)
-        for s in zip(q[half:], qd[half:], qdd[half:], strict=True)
-    ]
+    tau = Arm(X).torque(q, qd, qdd)
+    tau[half:] = Arm(after).torque(q, qd, qdd)[half:]
     log = symgen.make_log("load", t, q, tau, qd)
     options = {"model": "energy", "method": "recursive"}
     kept = symgen.identify("planar2r", log, **options)
@@ -219,11 +210,8 @@ def test_what_no_robot_can_have_is_not_exported_as_consistent() -> None:
 def test_a_prior_holds_what_a_poor_motion_does_not_show(tmp_path) -> None:
     # Joint 2 hardly moves: MX2 and MY2 are not told apart.
     t = np.arange(0.0, 10.0, STEP)
-    w = np.array([2.1, 3.3])
-    size = np.array([1.0, 0.02])
-    q, qd, qdd = (size * f for f in (np.sin(t[:, None] * w), w * np.cos(t[:, None] * w),
-                                     -(w**2) * np.sin(t[:, None] * w)))  # fmt: skip
-    tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
+    q, qd, qdd = sines(t, [1.0, 0.02], [2.1, 3.3])
+    tau = Arm(X).torque(q, qd, qdd)
     tau += np.random.default_rng(2).normal(size=tau.shape)
     log = symgen.make_log("poor", t, q, tau, qd)
     (tmp_path / "cad.toml").write_text(

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracles import planar2r
+from oracles.arm import Arm
 from support import data_folder, sampled
 
 import symgen
@@ -81,12 +82,8 @@ def test_other_commands_shift_the_torques_as_the_estimate_did(tmp_path: Path) ->
     for seed, load in ((3, 0.0), (4, 0.0), (5, mass)):
         rng = np.random.default_rng(seed)
         t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
-        # The load is a point at x = 0.2 m on the second link.
-        X = np.array([3.7, 0.8, 1.2, 0.3]) + load * np.array([0.5**2, 0.2**2, 0.2, 0.0])
-        tau = np.array(
-            [planar2r.inverse_dynamics(*s, X, 0.5) for s in zip(q, qd, qdd, strict=True)]
-        )
-        tau += [8.0, 2.0] * qd
+        arm = Arm(np.array([3.7, 0.8, 1.2, 0.3]), FV=np.array([8.0, 2.0]))
+        tau = arm.carrying(load, at=0.2).torque(q, qd, qdd)
         late = np.column_stack([np.interp(t - 0.02, t, x) for x in tau.T])
         late += 1e-3 * tau.std(axis=0) * rng.normal(size=tau.shape)
         logs.append(symgen.make_log(f"log {seed}", t, q, late, qd))

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracles import planar2r
+from oracles.arm import Arm
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import symgen
 
-L1, X, FV = 0.5, np.array([3.7, 0.8, 1.2, 0.3]), np.array([2.0, 0.5])
+X, FV = np.array([3.7, 0.8, 1.2, 0.3]), np.array([2.0, 0.5])
 ROBOT = planar2r.robot_toml("arm", 'friction = ["viscous"]\nrotor_inertia = false')
 #: 1.2 s: room for one window of 1 s, which begins at the first sample.
 HELD = 240
@@ -22,9 +23,7 @@ HELD = 240
 
 def motion(seed: int, X: np.ndarray = X) -> tuple[np.ndarray, ...]:
     t, q, qd, qdd = planar2r.harmonic_motion(np.random.default_rng(seed), seed)
-    rows = zip(q, qd, qdd, strict=True)
-    tau = np.array([planar2r.inverse_dynamics(*row, X, L1) for row in rows]) + FV * qd
-    return t, q, qd, tau
+    return t, q, qd, Arm(X, FV=FV).torque(q, qd, qdd)
 
 
 def simulated(
@@ -33,14 +32,12 @@ def simulated(
     """Positions after 0.2, 0.5 and 1 s under the torques of a log, from its first state."""
     t, q, qd, tau = rows
     measured = CubicSpline(t, np.concatenate([tau, q, qd], axis=1))
-    zero = np.zeros(2)
+    arm = Arm(X, FV=FV)
 
     def slope(at: float, x: np.ndarray) -> np.ndarray:
         m = measured(at)
-        force = m[:2] + kp * (m[2:4] - x[:2]) + kd * (m[4:] - x[2:]) - FV * x[2:]
-        bias = planar2r.inverse_dynamics(x[:2], x[2:], zero, X, L1)
-        still = [planar2r.inverse_dynamics(x[:2], zero, e, X, L1) for e in np.eye(2)]
-        return np.concatenate([x[2:], np.linalg.solve(np.array(still).T, force - bias)])
+        tau = m[:2] + kp * (m[2:4] - x[:2]) + kd * (m[4:] - x[2:])
+        return np.concatenate([x[2:], arm.acceleration(x[:2], x[2:], tau)])
 
     start = np.concatenate([q[0], qd[0]])
     moved = solve_ivp(slope, (0, 1), start, t_eval=[0.2, 0.5, 1.0], rtol=1e-9, atol=1e-9)

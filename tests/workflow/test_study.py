@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from browser import BROWSER, clipped
 from oracles import planar2r
+from oracles.arm import X, sines
 from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, sosfiltfilt
 
@@ -20,7 +21,6 @@ from symgen.experiment.recording import Instruments
 from symgen.experiment.reference import Reference, make_reference
 from symgen.experiment.study import read_study
 
-X, L1 = np.array([1.702, 0.05644, 0.15, 0.075]), 0.5
 RATE, SECONDS, CUTOFF = 100.0, 8.0, 8.0
 RUNS, DRAWN = 96, 600
 NOISE = Instruments(position_noise=3e-3, velocity=False, torque_noise=0.3)
@@ -31,9 +31,7 @@ def _motion() -> tuple[np.ndarray, ...]:
     t = np.arange(round(SECONDS * RATE) + 1) / RATE
     w = 2 * np.pi / SECONDS * np.array([2, 4, 8])
     a, phase = np.array([[0.8, 0.4, 0.2], [0.6, 0.5, 0.25]]), np.array([[0, 1, 2], [2, 0.5, 4]])
-    angle = t[:, None, None] * w + phase
-    q, qd, qdd = (np.sum(a * w**d * np.sin(angle + d * np.pi / 2), axis=2) for d in (0, 1, 2))
-    return t, q, qd, qdd
+    return t, *sines(t, a.T, w[:, None], phase.T)
 
 
 def _reference() -> Reference:
@@ -52,7 +50,7 @@ def _found() -> symgen.Study:
 def _oracle(comparison: float) -> np.ndarray:
     """Return estimates (DRAWN, 4) of the same experiment: zero-phase filters, slopes, lstsq."""
     t, q, qd, qdd = _motion()
-    tau, draw = planar2r.inverse_dynamics(q, qd, qdd, X, L1), np.random.default_rng(7)
+    tau, draw = planar2r.inverse_dynamics(q, qd, qdd, X, 0.5), np.random.default_rng(7)
     first, second = (butter(4, hz, fs=RATE, output="sos") for hz in (CUTOFF, comparison))
     out = []
     for _ in range(DRAWN):
@@ -61,7 +59,7 @@ def _oracle(comparison: float) -> np.ndarray:
         smooth = sosfiltfilt(first, seen, axis=0)
         spline = make_interp_spline(t, smooth, k=5)
         slope, bend = (spline.derivative(d)(t) for d in (1, 2))
-        W = planar2r.torque_regressor(smooth, slope, bend, L1)
+        W = planar2r.torque_regressor(smooth, slope, bend, 0.5)
         kept = np.concatenate([W, push[..., None]], axis=2)[15:-15]  # slopes are wild at the ends
         low = sosfiltfilt(second, kept, axis=0).reshape(-1, 5)
         out.append(np.linalg.lstsq(low[:, :4], low[:, 4])[0])

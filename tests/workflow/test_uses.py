@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracles import planar2r
+from oracles.arm import Arm
 from stored_logs import made, stored
 from support import shared_file
 
 import symgen
 from symgen.report.store import result_page
 
-L1, X = 0.5, np.array([3.7, 0.8, 1.2, 0.3])
+ARM = Arm(np.array([3.7, 0.8, 1.2, 0.3]))
 STOP = 0.054  # s
 SCALE = np.array([20.0, 5.0])  # N m s/rad: that of the joints' torques over their speeds, about
 ROBOT = planar2r.robot_toml("rubbing", 'friction = ["viscous"]\nrotor_inertia = false')
@@ -27,7 +28,7 @@ def log(seed: int, viscous: float, noise: float = 1e-3, name: str = "log") -> sy
     """A motion with viscous friction of about a share of each joint's torque."""
     rng = np.random.default_rng(seed)
     t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
-    tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
+    tau = ARM.torque(q, qd, qdd)
     size = tau.std(axis=0)
     tau = tau + viscous * SCALE * qd + noise * size * rng.normal(size=tau.shape)
     return symgen.make_log(name, t, q, tau, qd)
@@ -92,13 +93,11 @@ def test_a_load_in_the_validation_log_alone_is_suspected_and_the_command_finds_i
     command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A load of 2 kg at 0.2 m, after an estimate without it."""
-    loaded = X + 2.0 * np.array([L1**2, 0.2**2, 0.2, 0.0])
     (tmp_path / "arm.toml").write_text(ROBOT)
-    for name, seed, values in (("train", 3, X), ("held", 4, loaded)):
+    for name, seed, arm in (("train", 3, ARM), ("held", 4, ARM.carrying(2.0, at=0.2))):
         rng = np.random.default_rng(seed)
         t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
-        states = zip(q, qd, qdd, strict=True)
-        tau = np.array([planar2r.inverse_dynamics(*s, values, L1) for s in states])
+        tau = arm.torque(q, qd, qdd)
         tau += 0.1 * SCALE * qd + 1e-3 * tau.std(axis=0) * rng.normal(size=tau.shape)
         columns = np.column_stack([t, q, qd, tau])
         head = "t,q1,q2,qd1,qd2,tau1,tau2"
@@ -254,7 +253,7 @@ def test_a_stop_between_two_moves_is_a_rest() -> None:
             qd[here] = way / length * 30 * s**2 * (1 - s) ** 2
             qdd[here] = way / length**2 * 60 * s * (1 - s) * (1 - 2 * s)
             at, begin = to, begin + length + STOP
-        tau = np.array([planar2r.inverse_dynamics(*x, X, L1) for x in zip(q, qd, qdd, strict=True)])
+        tau = ARM.torque(q, qd, qdd)
         tau += friction * np.sign(qd) + 0.2 * qd + 0.02 * rng.normal(size=q.shape)
         q += 1e-5 * rng.normal(size=q.shape)
         logs.append(symgen.make_log(f"moves {seed}", t, q, tau))
