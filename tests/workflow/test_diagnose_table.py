@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from oracles.arm import sines
 from stored_logs import made, stored
 from sympy import Rational, pi
 
@@ -289,3 +290,41 @@ def test_a_tilted_base_makes_the_estimate_doubtful_with_its_angle() -> None:
     assert found.verdict == "doubtful"
     assert found.reasons[0].kind == "base_tilt"
     assert "TX = -0.6" in found.reasons[0].text
+
+
+TROLLEY = """[robot]
+name = "trolley"
+gravity = [-9.81, 0.0, 0.0]
+[[joint]]
+sigma = 1
+[[joint]]
+alpha = "pi/2"
+"""
+
+
+def trolley(name: str, seed: int, degrees: float) -> symgen.Log:
+    """A pendulum on a rail that is tilted, by Lagrange's equations; g along -x and z of frame 0."""
+    M, IA1, J, MX, MY = 30.0, 12.0, 1.4, 3.0, 0.4
+    g = 9.81 * np.array([-np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+    rng, t = np.random.default_rng(seed), np.arange(0, 12, 0.01)
+    phase = rng.uniform(0, 6, (2, 2))
+    q, qd, qdd = sines(t, [[0.3, 0.8], [0.1, 0.4]], [[1.1, 1.7], [2.9, 4.3]], phase)
+    sine, cosine = np.sin(q[:, 1]), np.cos(q[:, 1])
+    across, along = MX * cosine - MY * sine, MX * sine + MY * cosine
+    force = (M + IA1) * qdd[:, 0] + across * qdd[:, 1] - along * qd[:, 1] ** 2 - M * g[1]
+    torque = J * qdd[:, 1] + across * (qdd[:, 0] - g[1]) + along * g[0]
+    tau = np.column_stack([force, torque]) + [5.0, 1.0] * np.sign(qd) + [8.0, 0.6] * qd
+    tau += 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
+    return symgen.make_log(name, t, q + 1e-5 * rng.normal(size=q.shape), tau, qd)
+
+
+def test_a_rail_that_is_tilted_by_a_degree_is_no_offset_and_tells_rotor_from_mass() -> None:
+    train, test = trolley("train", 1, 1.0), trolley("test", 2, 1.0)
+    found = symgen.diagnose(symgen.parse_robot(TROLLEY), train, validation=test)
+    assert [(e.name, e.joints) for e in found.effects] == [("base_tilt", ())]
+    along = next(p for p in found.effects[0].parameters if p.name == "gz")
+    assert along.std < 0.02
+    assert along.value == pytest.approx(9.81 * np.sin(np.radians(1.0)), abs=3 * along.std)
+    values = {p.name: p.value for p in found.parameters}
+    assert values["M1R"] == pytest.approx(30.0, rel=0.1)
+    assert values["IA1"] == pytest.approx(12.0, rel=0.25)
