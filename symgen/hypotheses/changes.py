@@ -194,14 +194,13 @@ def another_gravity(robot: Robot, gravity: FloatArray, std: Iterable[float] = ()
 
     declared, name = variation(robot).gravity, "gravity_direction"
     after = np.round(gravity, 5) + 0.0  # without -0.0
-    numbers = [(f"g{axis}", x, "m/s2") for axis, x in zip("xyz", after, strict=True)]
+    constants = {f"g{axis}": (x, "m/s2") for axis, x in zip("xyz", after.tolist(), strict=True)}
+    deviations = dict(zip(constants, std, strict=False))
     if declared.any() and np.count_nonzero(after) > 1:
         name = TILT
-        turn = np.round(Rotation.align_vectors(declared, after)[0].as_rotvec(), 6)
-        numbers += [(f"T{axis}", x, "rad") for axis, x in zip("XYZ", turn, strict=True) if x]
-    constants = {key: (float(x), unit) for key, x, unit in numbers}
-    deviations = dict(zip(constants, std, strict=False))
-    towards = tuple(map(float, after))
+        turn = Rotation.align_vectors(declared, after)[0].as_rotvec().round(6).tolist()
+        constants |= {f"T{axis}": (x, "rad") for axis, x in zip("XYZ", turn, strict=True) if x}
+    towards = tuple(after.tolist())
     return Change(definitions()[name], (), {}, constants, gravity=towards, std=deviations)
 
 
