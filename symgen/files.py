@@ -5,8 +5,9 @@ exchanges it with the old folder. A killed process leaves the complete old folde
 new one. A system without this call needs two steps. A process that is killed between them leaves
 the old folder as `.NAME-old`, which symgen never removes.
 
-The record of a folder, `.symgen.sha256`, contains the names and the SHA-256 of its files. symgen
-does not replace a folder with other files, or with changed files.
+The record of a folder, `.symgen.sha256`, contains the names and the SHA-256 of its files. The last
+line of a single text file is a comment with the digest of the text. symgen replaces neither a
+folder with other or changed files, nor a file that it did not write or that was changed.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ _LONG_KEY = re.compile(
     r"""(?:(?:"(?:[^"\\\n]|\\.){0,200}+"|'[^'\n]{0,200}+'|(?<![\w-])[\w-]{1,200}+)"""
     r"""[ \t]{0,9}+\.[ \t]{0,9}+){200}"""
 )
-_MARK = "# written by symgen, digest "
+#: Last line of a text file, as a comment in TOML or XML.
+_MARK = re.compile(rb"(?:#|<!--) written by symgen, digest [0-9a-f]{16}(?: -->)?\n\Z")
 
 
 def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
@@ -228,28 +230,34 @@ def _plain(content: Any) -> Any:
     return content
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a text file in one step. Its first line contains a digest of the rest.
+def write_text(path: Path, text: str | bytes) -> None:
+    """Write a text file in one step. Its last line is a comment with a digest of the rest.
+
+    Args:
+        path: path of a file in TOML, or else in XML or HTML.
+        text: the text, or its bytes. The comment replaces that of an earlier `write_text`.
 
     Raises:
         PackageError: the path contains another file, or a text that was changed since, or is not
             writable.
     """
     check_text_replaceable(path)
-    replace_file(path, f"{_MARK}{_digest(text)}\n{text}".encode())
-
-
-def replace_file(path: Path, content: bytes) -> None:
-    """Write a file in one step and replace an older one.
-
-    Raises:
-        PackageError: the file cannot be written.
-    """
+    content = text.encode() if isinstance(text, str) else text
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        replace_in_one_step(path, content)
+        replace_in_one_step(path, _marked(content, path.suffix))
     except OSError as error:
         raise PackageError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def _marked(content: bytes, suffix: str) -> bytes:
+    """Return a text with its mark as the last line."""
+    rest = _MARK.sub(b"", content)
+    if not rest.endswith(b"\n"):
+        rest += b"\n"
+    words = f"written by symgen, digest {hashlib.sha256(rest).hexdigest()[:16]}"
+    mark = f"# {words}\n" if suffix == ".toml" else f"<!-- {words} -->\n"
+    return rest + mark.encode()
 
 
 def replace_in_one_step(path: Path, content: bytes, mode: int = 0o666) -> None:
@@ -316,15 +324,11 @@ def check_text_replaceable(path: Path) -> None:
                 raise PackageError(f"exists and is not a file; {accepted}")
             if not path.exists():
                 return
-            mark, _, text = path.read_text("utf-8").partition("\n")
-        except (OSError, ValueError) as error:
-            raise PackageError(f"not ours; {accepted}") from error
-        if mark != f"{_MARK}{_digest(text)}":
+            content = path.read_bytes()
+        except OSError as error:
+            raise PackageError(f"cannot be read ({error.strerror}); {accepted}") from error
+        if content != _marked(content, path.suffix):
             raise PackageError(f"exists; {accepted}")
-
-
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode("utf-8")).hexdigest()[:16]
 
 
 def json_text(value: Any, indent: str = "") -> str:

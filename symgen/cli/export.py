@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from symgen.cli.options import PATH, PERCENT, reading_options
+from symgen.cli.options import PATH, PERCENT, again, reading_options
 from symgen.cli.progress import say_progress
 from symgen.errors import PackageError, SymgenError
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 @click.argument("estimate", type=PATH)
 @click.option("--to", type=PATH, required=True, help="URDF or MJCF to write; a folder of them "
               "with --samples.")  # fmt: skip
-@click.option("--from", "source", type=PATH, help="Robot file to copy; default the file of --to.")
+@click.option("--from", "source", type=PATH, help="Robot file to copy.")
 @click.option("--robot", help="Robot that was identified; default robot.toml beside ESTIMATE.")
 @click.option("--log", "logs", type=PATH, multiple=True, help="Log on which the written file is "
               "compared with the estimate; repeatable.")  # fmt: skip
@@ -50,15 +51,16 @@ def export(
     """
     from symgen.estimation.torque_error import percent
     from symgen.faults.logs import open_samples
-    from symgen.files import json_text, replace_file, write_folder
+    from symgen.files import json_text, write_folder, write_text
     from symgen.identification import export as exports
     from symgen.robot.toml_io import read_robot
 
-    copied = source or to
-    kinds = {copied.suffix.lower()} if samples else {copied.suffix.lower(), to.suffix.lower()}
-    for path in (copied,) if samples else (copied, to):
-        if len(kinds) > 1 or not kinds <= {".urdf", ".xml"}:
-            raise click.UsageError(f"{path}: accepted: both end in .urdf, or both in .xml")
+    named = [path for path in (source, None if samples else to) if path is not None]
+    kinds = {path.suffix.lower() for path in named}
+    if len(kinds) > 1 or not kinds <= {".urdf", ".xml"}:
+        listed = " and ".join(map(str, named))
+        raise click.UsageError(f"{listed}: accepted: both end in .urdf, or both in .xml")
+    copied = _checked(source, to, bool(samples))
     found, known = exports.read_identified(estimate, robot)
     for log in logs:  # read first, so that an unreadable log leaves no file
         open_samples(log, known or read_robot(copied), reading)
@@ -84,9 +86,7 @@ def export(
         write_folder(to, {**files, exports.MARKER: json_text(table).encode()}, exports.MARKER)
     else:
         first = exports.export(estimate, copied, robot, folder=to.parent)
-        if to.exists() and not _same_robot(to, copied):
-            raise PackageError(f"{to}: exists, and is another robot's; accepted: a new file")
-        replace_file(to, first.text.encode(encoding))
+        write_text(to, first.text.encode(encoding))
         paths = [to]
     for note in first.notes:
         click.echo(f"note: {note}")
@@ -114,8 +114,38 @@ def export(
     return code
 
 
+def _checked(source: Path | None, to: Path, folder: bool) -> Path:
+    """Return the file to copy.
+
+    Args:
+        source: path of --from.
+        to: path of --to.
+        folder: whether --to is a folder, which is checked when it is written.
+
+    Raises:
+        PackageError: there is no --from, or --to is a file that symgen may not replace. The message
+            has the command that copies the file to a new one.
+    """
+    from symgen.files import check_text_replaceable
+
+    try:
+        if not folder:
+            check_text_replaceable(to)
+        if source is None:
+            raise PackageError("--from is missing; accepted: the URDF or MJCF to copy")
+    except PackageError as error:
+        exists = to.is_file() and (source is None or _same_robot(to, source))
+        copied, new = to if exists else source, to
+        while os.path.lexists(new):
+            new = new.with_stem(f"{new.stem}_identified")
+        if copied is None:
+            raise
+        raise PackageError(f"{error}; try: {again(source=copied, to=new)}") from error
+    return source
+
+
 def _same_robot(path: Path, source: Path) -> bool:
-    """Return whether two files describe the same robot, so that one may replace the other."""
+    """Return whether two files describe the same robot."""
     from symgen.identification.parameters import with_fixed_links
     from symgen.robot.toml_io import read_imported
 

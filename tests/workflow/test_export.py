@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -106,7 +108,9 @@ def test_the_written_file_moves_as_the_estimate_and_is_else_the_same(
     assert code == 0, err
     assert "base parameters do not determine link parameters" in out
     new = to.read_text()
-    assert _rest(new) == _rest(URDF)
+    text, _, mark = new.rpartition("<!--")
+    assert mark.startswith(" written by symgen, digest ")
+    assert _rest(text) == _rest(URDF)
     assert '<mass value="9"/>' in new  # the base is not seen
     assert '<link name="flange"/>' in new  # a frame stays a frame
     pin = load_pinocchio()
@@ -115,6 +119,26 @@ def test_the_written_file_moves_as_the_estimate_and_is_else_the_same(
     first = to.read_bytes()
     assert command("export", identified, "--from", source, "--to", to)[0] == 0
     assert to.read_bytes() == first
+
+
+@pytest.mark.parametrize("source", [True, False], ids=["from", "no from"])
+def test_a_file_of_the_user_is_kept_and_the_printed_line_copies_it(
+    identified, tmp_path, command, source
+) -> None:
+    mine = tmp_path / "my arm.urdf"
+    mine.write_text(URDF)
+    code, _, err = command("export", identified, *(["--from", mine] * source), "--to", mine)
+    assert (code, mine.read_text()) == (2, URDF)
+    words = shlex.split(err.partition("try: symgen ")[2])
+    assert words[words.index("--from") + 1] == str(mine)
+    written = Path(words[words.index("--to") + 1])
+    assert command(*words)[0] == 0
+    assert command(*words)[0] == 0  # what nobody changed is replaced
+    edited = written.read_text().replace("flange", "tool0")
+    written.write_text(edited)
+    code, _, err = command(*words)
+    assert (code, written.read_text()) == (2, edited)
+    assert f"--from '{written}'" in err
 
 
 def test_meshes_are_found_from_another_folder(identified, tmp_path, command) -> None:
@@ -134,8 +158,9 @@ def test_meshes_are_found_from_another_folder(identified, tmp_path, command) -> 
     assert code == 0, err
     assert 'filename="../../a &amp; b/rock.obj"' in to.read_text()
     assert kept in to.read_text()
-    assert command("export", identified, "--from", source, "--to", source)[0] == 0
-    assert 'filename="../a &amp; b/rock.obj"' in source.read_text()
+    beside = source.with_name("beside.urdf")
+    assert command("export", identified, "--from", source, "--to", beside)[0] == 0
+    assert 'filename="../a &amp; b/rock.obj"' in beside.read_text()
 
 
 def test_link_parameters_go_into_a_urdf_as_they_are(identified) -> None:
@@ -146,9 +171,9 @@ def test_link_parameters_go_into_a_urdf_as_they_are(identified) -> None:
 
 
 REFUSED = {
-    "another robot's file": ("other.urdf", "no such file"),
+    "nothing to copy": ("other.urdf", "--from is missing"),
     "another name": ("arm.txt", "both end in .urdf, or both in .xml"),
-    "a file of somebody": ("mine.urdf", "exists, and is another robot's"),
+    "a file of somebody": ("mine.urdf", "mine_identified.urdf"),
 }
 
 

@@ -64,11 +64,13 @@ def test_the_written_urdf_has_the_torques_of_the_estimate(tmp_path) -> None:
     assert "do not determine" in written
     assert _rest(written) == _rest(URDF)
     again = tmp_path / "again.urdf"
-    again.write_text(URDF)
-    export = [sys.executable, "-m", "symgen", "export", str(tmp_path / "out"), "--to", str(again)]
+    export = [sys.executable, "-m", "symgen", "export", str(tmp_path / "out")]
+    export += ["--from", str(path), "--to", str(again)]
     done = subprocess.run(export, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert again.read_text() == written
+    text, _, mark = again.read_text().rstrip().rpartition("\n")
+    assert text == written.rstrip()
+    assert mark.startswith("<!-- written by symgen, digest ")
     X = _cad(tmp_path / "out" / "estimate.json", model)
     np.testing.assert_allclose(X, true, atol=0.01 * np.abs(true).max())
     np.testing.assert_allclose(_cad(again, model), X, rtol=1e-9, atol=1e-9)

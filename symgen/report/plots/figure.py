@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.files import rendered
+from symgen.files import rendered, write_text
 
 BLUE, ORANGE, GREEN, SKY, INK = "#0072B2", "#D55E00", "#009E73", "#56B4E9", "#24292f"
 #: Colours of curves that are not in `_LOOKS`.
@@ -133,8 +133,12 @@ class Figure:
         return rendered("report/figure.html", figure=self, logs=parts)
 
     def save(self, path: str | Path) -> None:
-        """Write the figure as an HTML file, which opens without a network."""
-        Path(path).write_text(self._repr_html_(), encoding="utf-8")
+        """Write the figure as an HTML file, which opens without a network.
+
+        Raises:
+            PackageError: the path contains a file that symgen did not write, or that was changed.
+        """
+        write_text(Path(path), self._repr_html_())
 
     def _repr_html_(self) -> str:
         return rendered("report/alone.html", figure=self)
