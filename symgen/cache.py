@@ -1,8 +1,10 @@
-"""The private cache folder of derived and compiled models. File names are digests of the sources.
+"""The private cache folder of derived and compiled models.
 
-symgen runs modules from this folder. The folder is therefore private (0700), and symgen refuses one
-that another user owns or may write. A file gets its name only when it is complete. If two processes
-write the same file at once, the second one replaces the first.
+The name of a file is a key, the digest of the sources, and the SHA-256 of the content. symgen runs
+modules from this folder. The folder is therefore private (0700), and symgen refuses one that
+another user owns or may write. symgen loads no file whose content does not match its name, and
+makes it again. A file gets its name only when it is complete. If two processes write the same file
+at once, the second one replaces the first; if their contents differ, both files stay.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import os
 import stat
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from symgen.errors import BuildError
@@ -27,6 +30,28 @@ def digest(*parts: str | bytes) -> str:
         sha.update(f"{len(content)}:".encode())
         sha.update(content)
     return sha.hexdigest()
+
+
+def name_in_cache(key: str, content: bytes, suffix: str) -> str:
+    """Return the name of a file: its key, the SHA-256 of its content, and its suffix."""
+    return f"{key}-{hashlib.sha256(content).hexdigest()}{suffix}"
+
+
+def unchanged(folder: Path, key: str, suffix: str) -> tuple[Path, bytes] | None:
+    """Return path and content of the file with a key whose content matches its name, or None.
+
+    Files with this key whose content does not match are removed.
+    """
+    for name in os.listdir(folder):
+        if not (name.startswith(f"{key}-") and name.endswith(suffix)):
+            continue
+        path = folder / name
+        with suppress(OSError):  # another process removed it, for example
+            content = path.read_bytes()
+            if name == name_in_cache(key, content, suffix):
+                return path, content
+            path.unlink()
+    return None
 
 
 def cache_folder() -> Path:

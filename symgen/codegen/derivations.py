@@ -1,8 +1,8 @@
 """A disk cache of derivations: a second run with the same robot derives nothing.
 
 The key is the digest of the mechanism in the robot file, of the sources that derive and print, and
-of SymPy's version. Cached objects are pickled, in the private folder of `symgen.cache`, which also
-contains the compiled modules. If the cache fails, symgen derives again.
+of SymPy's version. Cached objects are pickled with their key, in the private folder of
+`symgen.cache`, which also contains the compiled modules. If the cache fails, symgen derives again.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 
 import sympy as sp
 
-from symgen.cache import digest, private_folder
+from symgen.cache import digest, name_in_cache, private_folder, unchanged
 from symgen.codegen.kernel import Kernel
 from symgen.errors import BuildError
 from symgen.files import replace_in_one_step, templates
@@ -26,6 +26,7 @@ from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 
 Derived = TypeVar("Derived")
+_SUFFIX = ".pickle"
 
 
 @dataclass(frozen=True)
@@ -58,13 +59,17 @@ class Derivations:
         """
         if self.folder is None:
             return derive()
-        path = self.folder / f"{self.key}-{name}.pickle"
-        with suppress(Exception):  # absent, or damaged, for example on a full disk
-            kept: Derived = pickle.loads(path.read_bytes())
-            return kept
+        key = f"{self.key}-{name}"
+        with suppress(Exception):  # of another version of NumPy, for example
+            if found := unchanged(self.folder, key, _SUFFIX):
+                kept: tuple[str, Derived] = pickle.loads(found[1])
+                if kept[0] == key:
+                    return kept[1]
         derived = derive()
         with suppress(OSError):
-            replace_in_one_step(path, _pickled(derived), 0o600)
+            content = _pickled((key, derived))
+            path = self.folder / name_in_cache(key, content, _SUFFIX)
+            replace_in_one_step(path, content, 0o600)
         return derived
 
     def sources(

@@ -19,13 +19,12 @@ import sysconfig
 import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from types import ModuleType
 
-from symgen.cache import digest, private_folder
+from symgen.cache import digest, name_in_cache, private_folder, unchanged
 from symgen.errors import BuildError, SymgenWarning
 from symgen.parallel import in_order, thread_count
 
@@ -159,16 +158,18 @@ def build_module(
     )
     module = f"_symgen_{key[:32]}"
     folder = private_folder()
-    target = folder / f"{module}{suffix}"
-    if target.is_file():
-        with suppress(ImportError):  # built on another computer, for example: build it again
-            return _load(module, target)
+    if found := unchanged(folder, module, suffix):
+        try:
+            return _load(module, found[0])
+        except ImportError:  # built on another computer, for example: build it again
+            found[0].unlink(missing_ok=True)
     if _probe((*compiler.command, *_ASSEMBLE))[0] is None:
         raise BuildError(_silent(compiler.command))
     try:
         with tempfile.TemporaryDirectory(prefix="build-", dir=folder) as work:
             built = _compile(module, sources, declarations, compiler, flags, Path(work), suffix)
             built.chmod(0o700)
+            target = folder / name_in_cache(module, built.read_bytes(), suffix)
             os.replace(built, target)
     except OSError as error:
         raise BuildError(

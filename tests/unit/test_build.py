@@ -209,18 +209,42 @@ def test_builds_at_once_all_succeed(cache):
 
 
 @needs_cc
-@pytest.mark.parametrize("damage", ["empty", "text"])
+@pytest.mark.parametrize("damage", ["empty", "text", "half"])
 def test_a_damaged_module_in_the_cache_is_built_again(damage, counted, cache):
     compiler, count = counted
     assert build_elsewhere(compiler.command[0]).communicate(timeout=60)[0] == "7\n"
     (name,) = modules(cache)
+    whole = (cache / name).read_bytes()
+    half = whole[: len(whole) // 2]
     (cache / name).unlink()
-    (cache / name).write_bytes({"empty": b"", "text": b"not a module"}[damage])
+    (cache / name).write_bytes({"empty": b"", "text": b"not a module", "half": half}[damage])
     before = count()
     job = build_elsewhere(compiler.command[0])
     out, err = job.communicate(timeout=60)
     assert (job.returncode, out) == (0, "7\n"), err
     assert count() == before + 1
+    assert modules(cache) == [name]
+
+
+@pytest.mark.parametrize("swapped", ["content", "file"])
+def test_another_robot_in_the_cache_is_not_this_one(swapped, cache):
+    def derive(name: str) -> tuple[list[object], list[Path]]:
+        before = set(cache.glob("*"))
+        model = symgen.derive(name)
+        own = sorted(set(cache.glob("*")) - before)
+        return [*model.base.names, *(kernel.size for kernel in model.kernels)], own
+
+    planar2r, kept = derive("planar2r")
+    _, others = derive("emps")
+    for ours, theirs in zip(kept, others, strict=True):
+        if swapped == "content":
+            ours.write_bytes(theirs.read_bytes())
+        else:
+            ours.unlink()
+            key = ours.name.partition("-")[0]
+            theirs.rename(theirs.with_name(f"{key}-{theirs.name.partition('-')[2]}"))
+    again, _ = derive("planar2r")
+    assert again == planar2r
 
 
 @needs_cc
