@@ -1,10 +1,11 @@
 """The private cache folder of derived and compiled models.
 
-The name of a file is a key, the digest of the sources, and the SHA-256 of the content. symgen runs
-modules from this folder. The folder is therefore private (0700), and symgen refuses one that
-another user owns or may write. symgen loads no file whose content does not match its name, and
-makes it again. A file gets its name only when it is complete. If two processes write the same file
-at once, the second one replaces the first; if their contents differ, both files stay.
+A key, the digest of the sources, names a module, or the folder of a robot's derivations. The name
+of each file ends in the SHA-256 of its content. symgen loads no file whose content does not match
+its name, and makes it again. symgen runs modules from this folder. The folder is therefore private
+(0700), and symgen refuses one that another user owns or may write. A file gets its name only when
+it is complete. If two processes write the same file at once, the second one replaces the first; if
+their contents differ, both files stay.
 """
 
 from __future__ import annotations
@@ -42,11 +43,10 @@ def unchanged(folder: Path, key: str, suffix: str) -> tuple[Path, bytes] | None:
 
     Files with this key whose content does not match are removed.
     """
-    for name in os.listdir(folder):
-        if not (name.startswith(f"{key}-") and name.endswith(suffix)):
-            continue
-        path = folder / name
-        with suppress(OSError):  # another process removed it, for example
+    start = f"{key}-"
+    with suppress(OSError):  # another process removed a file, for example
+        for name in [name for name in os.listdir(folder) if name.startswith(start)]:
+            path = folder / name
             content = path.read_bytes()
             if name == name_in_cache(key, content, suffix):
                 return path, content

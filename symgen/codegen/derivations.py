@@ -34,7 +34,7 @@ class Derivations:
     """The cached derivations of a robot.
 
     Attributes:
-        folder: the cache; None without one.
+        folder: the folder of the robot in the cache; None without one.
         key: digest of the mechanism, the sources and SymPy.
     """
 
@@ -44,11 +44,13 @@ class Derivations:
     @classmethod
     def of(cls, robot: Robot) -> Derivations:
         """Return the derivations of a robot."""
+        key = digest(_code(), robot_toml(robot.mechanism()))[:32]
         try:
-            folder = private_folder()
-        except BuildError:  # reported later, when a module is compiled
-            return cls(None, "")
-        return cls(folder, digest(_code(), robot_toml(robot.mechanism()))[:32])
+            folder = private_folder() / key
+            folder.mkdir(mode=0o700, exist_ok=True)
+        except (BuildError, OSError):  # reported later, when a module is compiled
+            return cls(None, key)
+        return cls(folder, key)
 
     def have(self, name: str, derive: Callable[[], Derived]) -> Derived:
         """Return a cached derivation, or derive and cache it.
@@ -59,16 +61,18 @@ class Derivations:
         """
         if self.folder is None:
             return derive()
-        key = f"{self.key}-{name}"
-        with suppress(Exception):  # of another version of NumPy, for example
-            if found := unchanged(self.folder, key, _SUFFIX):
-                kept: tuple[str, Derived] = pickle.loads(found[1])
-                if kept[0] == key:
+        own = (self.key, name)
+        if found := unchanged(self.folder, name, _SUFFIX):
+            path, content = found
+            with suppress(Exception):  # of another version of NumPy, for example
+                kept: tuple[tuple[str, str], Derived] = pickle.loads(content)
+                if kept[0] == own:
                     return kept[1]
+            path.unlink(missing_ok=True)
         derived = derive()
         with suppress(OSError):
-            content = _pickled((key, derived))
-            path = self.folder / name_in_cache(key, content, _SUFFIX)
+            content = _pickled((own, derived))
+            path = self.folder / name_in_cache(name, content, _SUFFIX)
             replace_in_one_step(path, content, 0o600)
         return derived
 
