@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import os
 import re
 import shutil
@@ -38,6 +37,8 @@ _PART = ".symgen-part-"
 _STALE = 86_400.0
 #: Maximum number of foreign files in a message.
 _NAMED = 5
+#: Largest number in a result: its square and its percentage are finite.
+_LARGEST = 1e100
 _HERE, _EXCHANGE, _SWAP = -100, 2, 2  # AT_FDCWD, RENAME_EXCHANGE (Linux), RENAME_SWAP (macOS)
 #: 200 parts of a TOML key, each followed by a dot. A part is bare or in quotes, and short, so that
 #: the search takes a time in proportion to the text.
@@ -185,17 +186,17 @@ def _sha256(path: Path) -> str:
 
 
 def load_json(text: str) -> Any:
-    """Return the content of a JSON text of unknown origin: finite numbers, texts of one line.
+    """Return the content of a JSON text of unknown origin: numbers, and texts of one line.
 
     Raises:
-        ValueError: it is not JSON, or has a number beyond double precision.
+        ValueError: it is not JSON, or has a number that is not finite or is above 1e100.
         RecursionError: it is nested too deeply.
     """
 
     def finite(digits: str) -> float:
         number = float(digits)
-        if not math.isfinite(number):
-            raise ValueError(f"{digits[:40]} is not a finite number")
+        if not abs(number) <= _LARGEST:
+            raise ValueError(f"{digits[:40]} is not a number of at most {_LARGEST:g}")
         return number
 
     def integer(digits: str) -> int:

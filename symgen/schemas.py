@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -17,6 +17,7 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 
 import numpy as np
 from pydantic import (
+    AfterValidator,
     AliasChoices,
     AliasPath,
     BeforeValidator,
@@ -35,6 +36,20 @@ Result = TypeVar("Result")
 #: Numbers that are null in a file if they are NaN or infinite.
 OrNan = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 OrInf = Annotated[float, BeforeValidator(lambda value: math.inf if value is None else value)]
+
+
+def _not_negative(value: float) -> float:
+    if value < 0:
+        raise ValueError("a number of at least 0 is expected")
+    return value
+
+
+#: Numbers that are not negative: errors, standard deviations, shares.
+Size = Annotated[float, AfterValidator(_not_negative)]
+SizeOrNan = Annotated[OrNan, AfterValidator(_not_negative)]
+SizeOrInf = Annotated[OrInf, AfterValidator(_not_negative)]
+#: Keys of lists that have one entry for each joint of the result.
+_PER_JOINT = ("per_joint", "joints_before", "joints_after", "slow", "weight")
 _adapter = cache(TypeAdapter)  # cached, because making an adapter takes longer than reading a file
 #: Mark of a field that is not in the file.
 BESIDE = GetPydanticSchema(lambda *_: core_schema.any_schema())
@@ -144,6 +159,11 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **more: A
         text = json.dumps({**given, **dict.fromkeys(more)})
         read = known.validate_json(text, strict=True)
         where, what = _unknown(given, as_json(read)), "an unknown key"
+        sizes = dict(_sizes("", given))
+        count = len(given.get("joints") or ()) or next(iter(sizes.values()), 0)
+        for key, size in sizes.items():
+            if size != count and not where:
+                where, what = key, f"{size} entries for {count} joints"
     except ValidationError as error:
         first = error.errors()[0]
         where, what = ".".join(map(str, first["loc"])) or "its top", first["msg"]
@@ -154,6 +174,16 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **more: A
         )
     found: Result = replace(read, **more) if more else read
     return found
+
+
+def _sizes(key: str, content: Any) -> Iterator[tuple[str, int]]:
+    """Yield key and length of each list of a file that has one entry for each joint."""
+    if isinstance(content, list):
+        if key.rpartition(".")[2] in _PER_JOINT:
+            yield key, len(content)
+        content = dict(enumerate(content))
+    for name, value in content.items() if isinstance(content, dict) else ():
+        yield from _sizes(f"{key}.{name}".lstrip("."), value)
 
 
 def _unknown(content: Any, written: Any) -> str:

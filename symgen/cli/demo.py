@@ -29,6 +29,6 @@ def demo(into: Path) -> None:
     for line in done.lines():
         say(line)
     place = into / "diagnosis/report.html"
-    click.echo(f"written: {place}")
+    say(f"written: {place}")
     if sys.stdout.isatty():
         click.launch(str(place.absolute()))

@@ -19,7 +19,7 @@ from symgen.cli.options import (
     split_list,
 )
 from symgen.cli.progress import stages
-from symgen.report.terminal import print_result
+from symgen.report.terminal import print_result, say
 
 #: First word of a progress message, and the share of the time that has passed before it.
 _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.2,
@@ -77,6 +77,6 @@ def diagnose(effects: str | None, into: Path, least: float, misfit: float, **opt
     good = print_result(diagnosis)
     names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
     if command:
-        click.echo(f"next: {command}")
-    click.echo(f"written: {into} ({names})")
+        say(f"next: {command}")
+    say(f"written: {into} ({names})")
     return 0 if good else 1

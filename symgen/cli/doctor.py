@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from symgen.report.terminal import table
+from symgen.report.terminal import say, table
 
 
 @click.command()
@@ -16,5 +16,5 @@ def doctor() -> int:
     table(("", "found"), [(f.name if f.well else f"{f.name} !", f.found) for f in found])
     for f in found:
         if f.advice:  # one line to copy, which a narrow table would break
-            click.echo(f"{f.name}: {f.advice}")
+            say(f"{f.name}: {f.advice}")
     return 0 if all(f.well for f in found) else 1

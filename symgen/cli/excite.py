@@ -9,7 +9,7 @@ import click
 
 from symgen.cli.options import FORMATS, MODELS, PATH, ROBOT, WINDOW, numbers, one_of, taken
 from symgen.cli.progress import meter, say_progress
-from symgen.report.terminal import print_result
+from symgen.report.terminal import print_result, say
 
 
 @click.command()
@@ -109,7 +109,7 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     found = exported(plan, source, into, to) | {page: result_page(plan).encode()}
     write_files(found.items())
     print_result(plan)
-    click.echo(f"written: {', '.join(map(str, found))}")
+    say(f"written: {', '.join(map(str, found))}")
     return 0 if plan.good else 1
 
 

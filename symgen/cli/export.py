@@ -12,6 +12,7 @@ import click
 from symgen.cli.options import PATH, PERCENT, again, reading_options
 from symgen.cli.progress import say_progress
 from symgen.errors import PackageError, SymgenError
+from symgen.report.terminal import say
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
@@ -89,10 +90,10 @@ def export(
         write_text(to, first.text.encode(encoding))
         paths = [to]
     for note in first.notes:
-        click.echo(f"note: {note}")
+        say(f"note: {note}")
     if first.left_out:
         listed = ", ".join(f"{name} = {value:.3g} {unit}" for name, value, unit in first.left_out)
-        click.echo(f"note: the format cannot hold {listed}")
+        say(f"note: the format cannot hold {listed}")
     code = 0
     for log in logs:
         say_progress(f"comparing with {log}")
@@ -103,14 +104,14 @@ def export(
             middle = sum(each) / len(each)
             spread = (sum((x - middle) ** 2 for x in each) / len(each)) ** 0.5
             told = f"{percent(middle)} on average over {samples} files, std {percent(spread)}"
-        click.echo(f"torque error on {log}: {told}; the estimate {percent(errors.estimate)}")
+        say(f"torque error on {log}: {told}; the estimate {percent(errors.estimate)}")
         if not samples and errors.files[0] > errors.estimate + least / 100:
             why = "symgen diagnose searches for what the model lacks"
             if first.left_out:
                 why = f"the format cannot hold {', '.join(name for name, _, _ in first.left_out)}"
-            click.echo(f"this is more than --least {least:g} % above the estimate: {why}")
+            say(f"this is more than --least {least:g} % above the estimate: {why}")
             code = 1
-    click.echo(f"written: {to}")
+    say(f"written: {to}")
     return code
 
 

@@ -11,7 +11,7 @@ import click
 
 from symgen.cli.options import DTYPES, EXACT, PATH, ROBOT, TARGETS, one_of, split_list
 from symgen.cli.progress import meter, say_progress
-from symgen.report.terminal import print_model
+from symgen.report.terminal import print_model, say
 
 #: Approximate share of the time for derivation; proof and writing take the rest.
 _DERIVING = 0.6
@@ -88,8 +88,8 @@ def generate(
         there = {path.relative_to(check).as_posix(): path.read_bytes() for path in paths}
         different = {name for name, _ in tree.files.items() ^ there.items()} - {RECORD}
         for name in sorted(different):
-            click.echo(name)
+            say(name)
         sys.exit(bool(different))
     symgen.write_package(tree, folder)
     print_model(model)
-    click.echo(f"written: {folder} ({len(tree.files)} files)")
+    say(f"written: {folder} ({len(tree.files)} files)")

@@ -25,7 +25,7 @@ from symgen.cli.options import (
 )
 from symgen.cli.progress import stages
 from symgen.policy import ACCEPT, LEAST
-from symgen.report.terminal import print_result
+from symgen.report.terminal import print_result, say
 
 #: First word of a progress message, and the share of the time that has passed before it.
 _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0.5,
@@ -138,13 +138,13 @@ def identify(
     trusted = print_result(estimate)
     sound = estimate.uses is not None and estimate.uses.simulation.ok
     if model != "auto" and not trusted:
-        click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
+        say(f"try: {again(model='auto', into=f'{into}-auto')}")
     elif any(reason.kind == CHANGED for reason in estimate.suspected):
         since = {"logs": validation, "validation": (), "parameters": str(into)}
-        click.echo(f"try: {again('diagnose', into=f'{into}-why', **since)}")
+        say(f"try: {again('diagnose', into=f'{into}-why', **since)}")
     elif not (trusted and sound and estimate.unexplained is None):
-        click.echo(f"try: {again('diagnose', into=f'{into}-why')}")
+        say(f"try: {again('diagnose', into=f'{into}-why')}")
     if said:
-        click.echo(f"note: {said}")
-    click.echo(f"written: {', '.join(map(str, written))}")
+        say(f"note: {said}")
+    say(f"written: {', '.join(map(str, written))}")
     return 0 if trusted else 1

@@ -13,7 +13,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from symgen.report.terminal import print_result
+from symgen.report.terminal import print_result, say
 
 
 def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Any]:
@@ -305,7 +305,7 @@ def finish(result: Any, into: Path, **more: Any) -> int:
 
     files = symgen.write(result, into, **more)
     good = print_result(result)
-    click.echo(f"written: {', '.join(map(str, files))}")
+    say(f"written: {', '.join(map(str, files))}")
     return 0 if good else 1
 
 

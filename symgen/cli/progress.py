@@ -10,6 +10,8 @@ from typing import Any
 
 import click
 
+from symgen.errors import plain
+
 _COUNT = re.compile(r"([\d,]+) of ([\d,]+)")
 #: Shorter jobs show no bar, s.
 _LONG = 2.0
@@ -17,7 +19,7 @@ _LONG = 2.0
 
 def say_progress(message: str) -> None:
     """Print a progress message to stderr."""
-    click.echo(click.style(f"  {message}", dim=True), err=True)
+    click.echo(click.style(f"  {plain(message)}", dim=True), err=True)
 
 
 @contextmanager
@@ -53,7 +55,7 @@ def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
                 share += (after - share) * min(done / max(total, 1.0), 1.0)
             if share > bar.tasks[0].completed:
                 advance(share)
-            bar.update(task, description=message)
+            bar.update(task, description=plain(message))
 
         yield told
 
@@ -68,7 +70,7 @@ def _bar() -> Iterator[tuple[Any, Any, Callable[[float], None]]]:
     console = Console(stderr=True)
     begun = time.monotonic()
     columns = (
-        TextColumn("{task.description}", table_column=Column(ratio=1, no_wrap=True)),
+        TextColumn("{task.description}", table_column=Column(ratio=1, no_wrap=True), markup=False),
         BarColumn(bar_width=20),
         TimeElapsedColumn(),
         TextColumn("{task.fields[left]}"),

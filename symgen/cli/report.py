@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from symgen.cli.options import PATH
-from symgen.report.terminal import print_result
+from symgen.report.terminal import print_result, say
 
 
 @click.command()
@@ -34,5 +34,5 @@ def report(folder: Path, other: Path | None, into: Path | None) -> int:
         write_files([(into, result_page(result, result_robot(folder)).encode())])
     good = print_result(result)
     if into is not None:
-        click.echo(f"written: {into}")
+        say(f"written: {into}")
     return 0 if good else 1

@@ -10,7 +10,7 @@ import click
 
 from symgen.cli.options import EXACT, PATH
 from symgen.errors import SymgenWarning
-from symgen.report.terminal import print_robot, table
+from symgen.report.terminal import print_robot, say, table
 
 
 @click.command()
@@ -58,8 +58,8 @@ def import_(
         write_text(path, text)
     print_robot(found.robot)
     for line in found.notes:
-        click.echo(f"note: {line}")
+        say(f"note: {line}")
     for line in found.assumed:
         warnings.warn(f"{file}: {line}", SymgenWarning, stacklevel=1)
     if files:
-        click.echo(f"written: {', '.join(map(str, files))}")
+        say(f"written: {', '.join(map(str, files))}")

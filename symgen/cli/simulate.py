@@ -16,7 +16,7 @@ from symgen.cli.options import (
     recording_options,
 )
 from symgen.cli.progress import meter, say_progress
-from symgen.report.terminal import print_simulation
+from symgen.report.terminal import print_simulation, say
 
 
 @click.command()
@@ -52,4 +52,4 @@ def simulate(runs: int, into: Path, **options: Any) -> None:
         done = symgen.simulate(runs=runs, progress=say_progress, meter=advance, **options)
     write_files(done.files(into))
     print_simulation(done, symgen.read_robot(options["robot"]))
-    click.echo(f"written: {', '.join(map(str, paths))}")
+    say(f"written: {', '.join(map(str, paths))}")

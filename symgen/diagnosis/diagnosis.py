@@ -17,7 +17,18 @@ from symgen.faults.fault import Fault
 from symgen.faults.mended import MendedChannel
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
-from symgen.schemas import BESIDE, OPTIONAL, OrNan, at, from_json, read_json, result_file, to_json
+from symgen.schemas import (
+    BESIDE,
+    OPTIONAL,
+    OrNan,
+    Size,
+    SizeOrNan,
+    at,
+    from_json,
+    read_json,
+    result_file,
+    to_json,
+)
 from symgen.views import Viewable
 
 MARKER = "diagnosis.json"
@@ -33,8 +44,8 @@ class Gap:
     stacked.
     """
 
-    per_joint: tuple[OrNan, ...]
-    total: OrNan
+    per_joint: tuple[SizeOrNan, ...]
+    total: SizeOrNan
 
 
 @dataclass(frozen=True)
@@ -52,7 +63,7 @@ class FoundParameter:
 
     name: str
     value: OrNan
-    std: OrNan
+    std: SizeOrNan
     unit: str
 
 
@@ -91,13 +102,13 @@ class FoundEffect:
     joints: tuple[int, ...]
     parameters: tuple[FoundParameter, ...]
     expression: str
-    p_value: OrNan
+    p_value: SizeOrNan
     gap_reduction: OrNan
     indistinguishable_from: tuple[Alike, ...] = ()
     separate: str = ""
     declared: Annotated[bool, at("in_robot_toml")] = True
-    probability: float = 1.0
-    torque_rms: OrNan = np.nan
+    probability: Size = 1.0
+    torque_rms: SizeOrNan = np.nan
     adopted: bool = True
     shown: bool = False
 
@@ -110,7 +121,7 @@ class Place:
     """
 
     joint: int
-    share: float
+    share: Size
     pattern: str
     time_window: tuple[float, float] | None = None
 

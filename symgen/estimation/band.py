@@ -16,6 +16,9 @@ from symgen.data.signals import OPEN, Samples, can_filter
 from symgen.estimation.values import FloatArray
 from symgen.schemas import OPTIONAL
 
+#: No run has a lower rate or cutoff, Hz.
+_LOWEST = 1e-9
+
 
 @dataclass(frozen=True)
 class Rests:
@@ -56,7 +59,7 @@ class Band:
 
     def __post_init__(self) -> None:
         derived = self.velocity in ("measured", "derived")
-        if not (derived and min(self.rate_hz, self.cutoff_hz, self.comparison_hz) > 0):
+        if not (derived and min(self.rate_hz, self.cutoff_hz, self.comparison_hz) > _LOWEST):
             raise ValueError("no run has such a band")
 
     def filters(self, step: float) -> bool:

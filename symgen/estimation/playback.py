@@ -22,6 +22,7 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 from symgen.robot.types import Robot
 from symgen.runtime.simulate import Law, require_friction, simulate_motion
+from symgen.schemas import Size
 
 #: Times at which positions are compared, s.
 HORIZONS = (0.2, 0.5, 1.0)
@@ -46,10 +47,18 @@ class Horizon:
         per_joint: (n,) RMS over windows, rad or m.
     """
 
-    seconds: float
-    position_error: float
-    spread: float
-    per_joint: tuple[float, ...]
+    seconds: Size
+    position_error: Size
+    spread: Size
+    per_joint: tuple[Size, ...]
+
+
+def require_same_times(*several: Sequence[Horizon]) -> None:
+    """Raise ValueError unless all lists of horizons have the same increasing times."""
+    times = [[horizon.seconds for horizon in horizons] for horizons in several]
+    for one in times:
+        if not one or one != times[0] or one != sorted(set(one)):
+            raise ValueError("horizons of other times")
 
 
 @dataclass(frozen=True, eq=False)

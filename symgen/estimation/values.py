@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, NamedTuple
 import numpy as np
 
 from symgen.data.raw import FloatArray as FloatArray
-from symgen.schemas import BESIDE, OrNan, at
+from symgen.schemas import BESIDE, OrNan, Size, SizeOrNan, at
 
 #: Seed of all random draws.
 SEED = 1988
@@ -41,8 +41,8 @@ class Reason:
 class Residual:
     """Relative residual ||y - W X|| / ||y||, total and for each joint if equations have one."""
 
-    relative: OrNan
-    per_joint: tuple[OrNan, ...] | None = None
+    relative: SizeOrNan
+    per_joint: tuple[SizeOrNan, ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +82,9 @@ class Endogeneity:
     """
 
     columns: str
-    statistic: Annotated[float, at("F")]
+    statistic: Annotated[Size, at("F")]
     df: tuple[int, float]
-    p_value: float
+    p_value: Size
 
 
 class OtherValue(NamedTuple):
@@ -92,7 +92,7 @@ class OtherValue(NamedTuple):
 
     name: str
     value: float
-    std: OrNan
+    std: SizeOrNan
 
 
 @dataclass(frozen=True)

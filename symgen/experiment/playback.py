@@ -31,6 +31,7 @@ from symgen.estimation.playback import (
     gains_of,
     play,
     position_errors,
+    require_same_times,
     windows_of,
 )
 from symgen.estimation.torque_error import percent
@@ -92,6 +93,11 @@ class SimulationComparison(Viewable):
     notes: tuple[str, ...]
     measured: Annotated[tuple[FloatArray, FloatArray] | None, BESIDE] = None
     courses: Annotated[tuple[FloatArray, ...], BESIDE] = ()
+
+    def __post_init__(self) -> None:
+        if not self.files:
+            raise ValueError("no files")
+        require_same_times(*(file.horizons for file in self.files))
 
     def __repr__(self) -> str:
         """Return the files with their errors."""

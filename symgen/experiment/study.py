@@ -40,7 +40,7 @@ from symgen.parallel import Meter, Say, silent
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
-from symgen.schemas import read_result, result_file, to_json
+from symgen.schemas import Size, read_result, result_file, to_json
 from symgen.views import Viewable
 
 SCHEMA = "symgen.study/1"
@@ -69,9 +69,9 @@ class Precision:
     unit: str
     value: float
     bias: float
-    std: float
-    stated_std: float
-    coverage: float
+    std: Size
+    stated_std: Size
+    coverage: Size
 
 
 @dataclass(frozen=True)
@@ -93,8 +93,8 @@ class StudiedMethod:
     band: Band
     failed: int
     parameters: tuple[Precision, ...]
-    torque_error: float | None
-    torque_error_per_joint: tuple[float, ...]
+    torque_error: Size | None
+    torque_error_per_joint: tuple[Size, ...]
 
     @property
     def name(self) -> str:

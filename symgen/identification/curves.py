@@ -10,12 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from symgen.data.raw import require_size
+from symgen.data.raw import FloatArray, require_size
 from symgen.errors import ParameterError
 from symgen.estimation.values import Trace
 from symgen.schemas import as_json, from_json
 
 FILE = "curves.npz"
+#: Largest number in single precision; shortest and longest step of a log, s.
+_LARGEST, _STEPS = float(np.finfo(np.float32).max), (1e-9, 1e9)
 
 
 def traces_npz(traces: tuple[Trace, ...]) -> bytes:
@@ -35,8 +37,12 @@ def traces_npz(traces: tuple[Trace, ...]) -> bytes:
     return file.getvalue()
 
 
-def read_traces(path: Path) -> tuple[Trace, ...]:
+def read_traces(path: Path, joints: int = 0) -> tuple[Trace, ...]:
     """Read traces from a file of `traces_npz`; none if the file is missing.
+
+    Args:
+        path: path of the file.
+        joints: number of joints; 0 if it is unknown.
 
     Raises:
         ParameterError: the file is damaged.
@@ -47,10 +53,15 @@ def read_traces(path: Path) -> tuple[Trace, ...]:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             require_size(path, sum(entry.file_size for entry in file.zip.infolist()))
             index = json.loads(file["index"].tobytes())
-            return tuple(
+            traces = tuple(
                 from_json(Trace, entry, path, **_arrays(file, f"trace{k}", entry))
                 for k, entry in enumerate(index["traces"])
             )
+        for trace in traces:
+            columns = 1 if trace.quantity == "energy" else joints
+            if joints and trace.measured.shape[1] != columns:
+                raise ValueError("columns")
+        return traces
     except Exception as error:  # a damaged archive raises one of many kinds
         raise ParameterError(
             f"{path}: damaged ({type(error).__name__}); accepted: the file that identify wrote, or "
@@ -59,16 +70,24 @@ def read_traces(path: Path) -> tuple[Trace, ...]:
 
 
 def _arrays(file: Any, start: str, entry: Any) -> dict[str, Any]:
-    """Return the arrays of a trace: finite numbers, with one row for each entry of t.
+    """Return the arrays of a trace: numbers in single precision, one row for each entry of t.
 
     Raises:
-        ValueError: an array has another shape or a number that is not finite.
+        ValueError: an array has another shape, or a number or time that no log has.
     """
     places = ((f.name, f"{start}_{f.name}") for f in fields(Trace) if f.name not in entry)
     arrays = {key: np.asarray(file[at], dtype=float) for key, at in places if at in file}
     rows, columns = arrays["t"].shape, {x.shape[1:] for key, x in arrays.items() if key != "t"}
-    if any(x.shape[:1] != rows or not np.isfinite(x).all() for x in arrays.values()):
+    require_times(arrays["t"])
+    if any(x.shape[:1] != rows or not (abs(x) < _LARGEST).all() for x in arrays.values()):
         raise ValueError("rows")
     if [len(shape) for shape in columns] != [1]:
         raise ValueError("columns")
     return arrays
+
+
+def require_times(t: FloatArray) -> None:
+    """Raise ValueError unless times (K,) in s increase by steps that a log can have."""
+    steps = np.diff(t)
+    if t.ndim != 1 or not t.size or not ((steps > _STEPS[0]) & (steps < _STEPS[1])).all():
+        raise ValueError("times")

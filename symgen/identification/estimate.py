@@ -29,8 +29,9 @@ from symgen.schemas import (
     MATRIX,
     OPTIONAL,
     PAIRS,
-    OrInf,
-    OrNan,
+    Size,
+    SizeOrInf,
+    SizeOrNan,
     at,
     read_result,
     result_file,
@@ -77,7 +78,7 @@ class ParameterEstimate:
     name: str
     expression: str
     value: float
-    std: OrNan
+    std: SizeOrNan
     unit: str
     relative_std_percent: float = field(init=False, compare=False)
 
@@ -98,9 +99,9 @@ class Consistency:
             folds; None if both are the same, or if there is no such comparison.
     """
 
-    distance_sigma: float | None
+    distance_sigma: Size | None
     reason: Reason | None = None
-    held_out: tuple[float, float] | None = None
+    held_out: tuple[Size, Size] | None = None
 
     @property
     def possible(self) -> bool | None:
@@ -134,10 +135,10 @@ class Alternative:
     """
 
     model: str
-    condition_number: OrInf
+    condition_number: SizeOrInf
     train: Annotated[Residual | None, at("torque_residual.train")]
     validation: Annotated[Residual | None, at("torque_residual.validation")]
-    held_out: Annotated[OrInf, at("held_out_folds")]
+    held_out: Annotated[SizeOrInf, at("held_out_folds")]
     chosen: bool
     reason: str
 
@@ -195,13 +196,13 @@ class Estimate(Viewable):
     model: str
     method: str
     parameters: tuple[ParameterEstimate, ...]
-    condition_number: float
+    condition_number: Size
     train: Annotated[Residual, at("residual.train")]
     validation: Annotated[Residual, at("residual.validation")]
     torque_train: Annotated[Residual | None, at("torque_residual.train")] = None
     torque_validation: Annotated[Residual | None, at("torque_residual.validation")] = None
     noise_floor: Annotated[Residual | None, OPTIONAL] = None
-    unexplained: Annotated[float | None, OPTIONAL] = None
+    unexplained: Annotated[Size | None, OPTIONAL] = None
     cutoff_hz: float | None
     window_s: float | None
     verdict: str
@@ -289,9 +290,10 @@ def read_estimate(path: str | Path) -> Estimate:
             f"{file}: damaged at {wrong}; accepted: schema {SCHEMA} as identify writes it"
         )
     torque = estimate.torque_validation and estimate.torque_validation.per_joint
-    joints = (JointLabel(j, "N m or N") for j in range(1, len(torque or ()) + 1))
-    traces = read_traces(file.with_name(FILE))
-    return replace(estimate, joints=estimate.joints or tuple(joints), traces=traces)
+    unnamed = tuple(JointLabel(j, "N m or N") for j in range(1, len(torque or ()) + 1))
+    joints = estimate.joints or unnamed
+    traces = read_traces(file.with_name(FILE), len(joints))
+    return replace(estimate, joints=joints, traces=traces)
 
 
 def _torn(e: Estimate) -> str:

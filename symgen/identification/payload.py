@@ -42,7 +42,7 @@ from symgen.robot.tables import Frame
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
-from symgen.schemas import BESIDE, read_result, result_file, to_json
+from symgen.schemas import BESIDE, Size, read_result, result_file, to_json
 from symgen.views import Viewable
 
 SCHEMA = "symgen.payload/1"
@@ -56,7 +56,7 @@ class Quantity:
     """A value with its standard deviation; both are None if the logs do not determine it."""
 
     value: float | None
-    std: float | None
+    std: Size | None
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ class LoadErrors:
         joints_before, joints_after: `before` and `after` of each joint.
     """
 
-    before: float
-    after: float
-    noise_floor: float
-    joints_before: tuple[float, ...]
-    joints_after: tuple[float, ...]
+    before: Size
+    after: Size
+    noise_floor: Size
+    joints_before: tuple[Size, ...]
+    joints_after: tuple[Size, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +108,7 @@ class Payload(Viewable):
     com: tuple[Quantity, Quantity, Quantity]
     inertia: tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
     identifiable: tuple[str, ...]
-    gain_uncertainty_percent: float | None
+    gain_uncertainty_percent: Size | None
     residual: LoadErrors
     method: str
     band: Band
@@ -117,6 +117,10 @@ class Payload(Viewable):
     joints: tuple[JointLabel, ...]
     joint: int
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
+
+    def __post_init__(self) -> None:
+        if self.joint not in [joint.number for joint in self.joints]:
+            raise ValueError(f"joint {self.joint} is not one of the joints")
 
     def __repr__(self) -> str:
         """Return robot and mass."""
@@ -155,8 +159,8 @@ def read_payload(path: str | Path) -> Payload:
         ParameterError: there is no payload.json, or it is damaged.
     """
     file = result_file(path, MARKER)
-    traces = read_traces(file.with_name(FILE))
-    return replace(read_result(Payload, file, SCHEMA, traces=()), traces=traces)
+    found = read_result(Payload, file, SCHEMA, traces=())
+    return replace(found, traces=read_traces(file.with_name(FILE), len(found.joints)))
 
 
 def payload(

@@ -22,6 +22,7 @@ from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
+from symgen.identification.curves import require_times
 from symgen.identification.estimate import JointLabel, joints_of
 from symgen.identification.known_band import error_of, open_in_band
 from symgen.identification.parameters import read_known
@@ -195,10 +196,12 @@ def read_prediction(path: str | Path) -> Prediction:
         text = file.with_name(CURVES).read_text(encoding="utf-8")
         rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
         t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
-        if potential.shape[1] != 1 or not np.isfinite(rows).all():
+        require_times(t[:, 0])
+        finite = np.isfinite(rows[:, :-2]).all() and not np.isinf(rows).any()
+        if potential.shape[1] != 1 or not finite:
             raise ValueError("columns")
         errors = (prediction.error, prediction.moving, prediction.noise)
-        if n == 0 or any(len(each.per_joint or ()) != n for each in errors):
+        if n == 0 or any(each.per_joint is None for each in errors):
             raise ValueError("torque_error")
     except (OSError, ValueError) as error:
         raise ParameterError(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple
 
 from symgen import policy
-from symgen.estimation.playback import Horizon
+from symgen.estimation.playback import Horizon, require_same_times
 from symgen.estimation.torque_error import percent
 from symgen.estimation.values import Reason
 
@@ -101,6 +101,10 @@ class SimulationUse(Use):
     before: tuple[Horizon, ...] = ()
     windows: int = 0
     diverged: int = 0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_same_times(*filter(None, (self.horizons, self.before)))
 
     @property
     def sentence(self) -> str:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from symgen.errors import plain
+
 if TYPE_CHECKING:
     from symgen.experiment.simulate import Simulation
     from symgen.report.content.parts import Banner, Content
@@ -32,6 +34,7 @@ def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
     from rich.table import Column, Table
     from rich.text import Text
 
+    header, rows = tuple(map(plain, header)), [tuple(map(plain, row)) for row in rows]
     widths = _widths(header, rows)
     if widths is None:
         for row in rows:
@@ -45,7 +48,7 @@ def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
     with console.capture() as captured:
         console.print(grid)
     for line in captured.get().splitlines():
-        say(line.rstrip())
+        _print(line.rstrip())
 
 
 def _room() -> int | None:
@@ -108,14 +111,19 @@ def wrapped(text: str, indent: str = "") -> str:
     return "\n".join(lines).replace("\xa0", " ")
 
 
-def say(text: str, nl: bool = True) -> None:
+def say(text: str) -> None:
+    """Print lines of text without control characters, which a terminal would interpret."""
+    _print("\n".join(map(plain, text.split("\n"))))
+
+
+def _print(text: str) -> None:
     """Print a text; replace letters that the terminal does not support."""
     try:
         text.encode(getattr(sys.stdout, "encoding", None) or "utf-8")
     except UnicodeEncodeError:
-        plain = text.translate(_PLAIN)
-        text = "".join("*" if ord(c) > 0x2800 else c if ord(c) < 128 else "-" for c in plain)
-    click.echo(text, nl=nl)
+        known = text.translate(_PLAIN)
+        text = "".join("*" if ord(c) > 0x2800 else c if ord(c) < 128 else "-" for c in known)
+    click.echo(text)
 
 
 def print_robot(robot: Robot) -> None:
@@ -195,7 +203,8 @@ def print_content(content: Content) -> None:
 def _print_verdict(banner: Banner) -> None:
     """Print the verdict, its reasons, and the most important numbers."""
     start = "" if banner.tone == "plain" else "verdict: "
-    say("\n" + start + click.style(banner.verdict, fg=_COLOURS.get(banner.tone), bold=True))
+    verdict = plain(banner.verdict)
+    _print("\n" + start + click.style(verdict, fg=_COLOURS.get(banner.tone), bold=True))
     headline = [banner.headline] if banner.headline else []
     reasons = (f"- {reason}" for reason in banner.reasons)
     for line in (*headline, *banner.text.splitlines(), *reasons):

@@ -36,8 +36,8 @@ def import_par(text: str, where: str = "robot.par") -> Imported:
     Raises:
         RobotError: the text is not a .par, or not an open chain; the message names the entry.
     """
-    entries = {}
-    for key, value in _ENTRY.findall(_COMMENT.sub(" ", text)):
+    entries, text = {}, _COMMENT.sub(" ", text)
+    for key, value in _ENTRY.findall(text):
         items = value.strip("{}").replace("Pi", "pi").split(",")
         entries[key if key == "G" else key.lower()] = [item.strip() for item in items]
     with located(where):
@@ -46,6 +46,13 @@ def import_par(text: str, where: str = "robot.par") -> Imported:
                 "not an open chain with a list ant = {...}; accepted: Type 0 (simple chain) or 1 "
                 "(tree); write a parallelogram as robot.toml with 'follows'"
             )
+        torn = re.search(r"(\w*)\s*=?\s*[{}]", _ENTRY.sub(" ", text))
+        if torn is not None:
+            raise RobotError(
+                f"{shortened(torn[1])}: not a list; accepted: one such as {{0,1}}"
+            )
+        if "sigma" not in entries:
+            raise RobotError("sigma is missing; accepted: a list with 0, 1 or 2 for each joint")
         lines, lengths = [], set[str]()
         for number in range(1, len(entries["ant"]) + 1):
             joint = _joint(entries, number)
