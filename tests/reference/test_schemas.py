@@ -10,6 +10,7 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from browser import Page
 from support import PROJECT
@@ -119,3 +120,57 @@ def test_curves_without_a_law_of_an_older_diagnosis_are_left_out(tmp_path):
     content = _content(WRITTEN / "diagnosis-1") | {"free_functions": [{"joint": 1}]}
     (folder / "diagnosis.json").write_text(json.dumps(content), "utf-8")
     assert load_result(folder).verdict == content["verdict"]
+
+
+def _horizon(seconds: float) -> dict[str, object]:
+    return {"seconds": seconds, "position_error": 0.1, "spread": 0.01, "per_joint": [0.1, 0.1]}
+
+
+#: Result, key of the file, its value, and words of the message.
+DAMAGED = [
+    ("estimate-2", "torque_residual.validation.relative", -1e308, "1e+100"),
+    ("estimate-2", "torque_residual.validation.relative", -0.5, "at least 0"),
+    ("estimate-2", "torque_residual.validation.per_joint", [0.1], "1 entries for 2 joints"),
+    ("estimate-2", "parameters.0.std", -1.0, "parameters.0.std"),
+    ("estimate-2", "uses.simulation.before", [_horizon(0.5)], "other times"),
+    ("estimate-2", "band.cutoff_hz", 1e-320, "band"),
+    ("payload-1", "residual.joints_before", [0.1] * 3, "3 entries for 2 joints"),
+    ("payload-1", "joint", 9, "joint 9"),
+    ("payload-1", "mass.std", -1.0, "mass.std"),
+    ("simulation-1", "files", [], "no files"),
+    ("simulation-1", "files.1.horizons", [_horizon(0.2)], "other times"),
+    ("study-1", "results.0.parameters.0.std", -1.0, "std"),
+    ("diagnosis-1", "gap.before.per_joint", [0.1] * 3, "entries for"),
+]
+
+
+@pytest.mark.parametrize(("kind", "key", "value", "words"), DAMAGED)
+def test_a_damaged_result_is_refused_in_a_line(kind, key, value, words, tmp_path, command):
+    folder = shutil.copytree(WRITTEN / kind, tmp_path / kind)
+    content = _content(folder)
+    if key == "uses.simulation.before":
+        content["uses"]["simulation"]["horizons"] = [_horizon(0.2)]
+    *groups, last = (int(part) if part.isdecimal() else part for part in key.split("."))
+    inner = content
+    for group in groups:
+        inner = inner[group]
+    inner[last] = value
+    (folder / f"{kind.split('-')[0]}.json").write_text(json.dumps(content), "utf-8")
+    code, _, err = command("report", folder)
+    assert (code, err.count("\n")) == (2, 1), err
+    assert words in err
+
+
+@pytest.mark.parametrize(
+    "t",
+    [[0.0, 0.1, 0.1], [0.2, 0.1, 0.0], [0.0, 1e-320, 2e-320], [0.0, 1e308, 1.5e308], [0.0, 0.1]],
+)
+def test_curves_at_times_that_no_log_has_are_refused_in_a_line(t, tmp_path, command):
+    folder = shutil.copytree(WRITTEN / "estimate-2", tmp_path / "damaged")
+    index = {"traces": [{"log": "a.csv", "kind": "validation", "quantity": "torque"}]}
+    arrays = {f"trace0_{name}": np.ones((3, 2)) for name in ("measured", "predicted")}
+    text = np.frombuffer(json.dumps(index).encode(), dtype=np.uint8)
+    np.savez(folder / "curves.npz", index=text, trace0_t=np.array(t), **arrays)
+    code, _, err = command("report", folder, "--into", tmp_path / "page.html")
+    assert (code, err.count("\n")) == (2, 1), err
+    assert "curves.npz: damaged" in err

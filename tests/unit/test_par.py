@@ -120,3 +120,11 @@ def test_bad_files_are_refused_in_one_line(entries, word):
     assert message.startswith("arm.par: ")
     assert "\n" not in message
     assert word in message
+
+
+@pytest.mark.parametrize(
+    ("sigma", "words"), [(None, "sigma is missing"), ("{1e309,1qd1", "sigma: not a list")]
+)
+def test_a_list_that_is_missing_or_does_not_end_is_refused(sigma, words):
+    with pytest.raises(symgen.RobotError, match=words):
+        import_par(changed(sigma=sigma))

@@ -163,6 +163,18 @@ def test_meshes_are_found_from_another_folder(identified, tmp_path, command) -> 
     assert 'filename="../a &amp; b/rock.obj"' in beside.read_text()
 
 
+def test_escape_bytes_of_a_name_reach_no_terminal(identified, tmp_path, command) -> None:
+    t = np.linspace(0.0, 5.0, 501)
+    motion = np.column_stack([t, np.sin(2 * t), np.cos(3 * t), np.sin(t), np.cos(t)])
+    log, to = (tmp_path / f"\x1b]0;x\x07{name}" for name in ("log.csv", "out.urdf"))
+    np.savetxt(log, motion, delimiter=",", header="t,q1,q2,tau1,tau2", comments="")
+    source = identified / "arm.urdf"
+    code, out, err = command("export", identified, "--from", source, "--to", to, "--log", log)
+    assert code in (0, 1), err
+    assert "comparing with" in err
+    assert "\x1b]" not in out + err
+
+
 def test_link_parameters_go_into_a_urdf_as_they_are(identified) -> None:
     robot = symgen.read_robot(identified / "robot.toml")
     model = symgen.derive(robot)
