@@ -19,7 +19,7 @@ from symgen.robot.imported import Imported
 from symgen.robot.toml_io import parse_robot
 
 _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
-_ENTRY = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(\{[^{}]*\}|[^\s{}]+)", re.ASCII)
+_ENTRY = re.compile(r"\b([A-Za-z_]\w*)[ \t]*=[ \t]*(\{[^{}]*\}|[^\s{}]+)", re.ASCII)
 _NAME = re.compile(r"(?<![\w.])(?!(?:pi|sqrt)\b)[A-Za-z_]\w*", re.ASCII)
 _KEYS = {"ant": "antecedent", **{k: k for k in "sigma gamma b alpha d theta r".split()}}
 #: The column with the variable of a joint, and the letters of that variable.
@@ -46,11 +46,10 @@ def import_par(text: str, where: str = "robot.par") -> Imported:
                 "not an open chain with a list ant = {...}; accepted: Type 0 (simple chain) or 1 "
                 "(tree); write a parallelogram as robot.toml with 'follows'"
             )
-        torn = re.search(r"(\w*)\s*=?\s*[{}]", _ENTRY.sub(" ", text))
-        if torn is not None:
-            raise RobotError(
-                f"{shortened(torn[1])}: not a list; accepted: one such as {{0,1}}"
-            )
+        before, *torn = re.split("[{}]", _ENTRY.sub(" ", text), maxsplit=1)
+        if torn:
+            key = before.replace("=", " ").split()[-1:]
+            raise RobotError(f"{shortened(*key or '{')}: not a list; accepted: one such as {{0,1}}")
         if "sigma" not in entries:
             raise RobotError("sigma is missing; accepted: a list with 0, 1 or 2 for each joint")
         lines, lengths = [], set[str]()
