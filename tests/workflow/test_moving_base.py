@@ -11,6 +11,7 @@ import pytest
 import symgen
 from symgen.data.log import make_log
 from symgen.identification.parameters import base_values
+from symgen.report.store import load_result
 from symgen.robot.toml_io import read_imported
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed")
@@ -110,6 +111,8 @@ def test_predict_takes_the_motion_of_the_base(case: Case, tmp_path: Path) -> Non
     symgen.write(estimate, tmp_path / "id")
     found = symgen.predict(case.moving, case.logs[1], tmp_path / "id")
     assert found.error.relative == pytest.approx(estimate.torque_validation.relative, rel=1e-6)
+    symgen.write(found, tmp_path / "predicted")
+    assert load_result(tmp_path / "predicted").error == found.error
 
 
 def test_what_has_a_base_at_rest_is_refused(case: Case, tmp_path: Path) -> None:
