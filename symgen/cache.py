@@ -38,18 +38,15 @@ def name_in_cache(key: str, content: bytes, suffix: str) -> str:
     return f"{key}-{hashlib.sha256(content).hexdigest()}{suffix}"
 
 
-def unchanged(folder: Path, key: str, suffix: str) -> tuple[Path, bytes] | None:
-    """Return path and content of the file with a key whose content matches its name, or None.
+def unchanged(folder: Path, key: str, suffix: str) -> Path | None:
+    """Return the file with a key whose content matches its name, or None.
 
     Files with this key whose content does not match are removed.
     """
-    start = f"{key}-"
     with suppress(OSError):  # another process removed a file, for example
-        for name in [name for name in os.listdir(folder) if name.startswith(start)]:
-            path = folder / name
-            content = path.read_bytes()
-            if name == name_in_cache(key, content, suffix):
-                return path, content
+        for path in folder.glob(f"{key}-*"):
+            if path.name == name_in_cache(key, path.read_bytes(), suffix):
+                return path
             path.unlink()
     return None
 

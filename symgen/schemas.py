@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -158,12 +158,9 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **more: A
     try:
         text = json.dumps({**given, **dict.fromkeys(more)})
         read = known.validate_json(text, strict=True)
-        where, what = _unknown(given, as_json(read)), "an unknown key"
-        sizes = dict(_sizes("", given))
-        count = len(given.get("joints") or ()) or next(iter(sizes.values()), 0)
-        for key, size in sizes.items():
-            if size != count and not where:
-                where, what = key, f"{size} entries for {count} joints"
+        joints = given.get("joints") or more.get("joints") or ()
+        where = _unknown(given, as_json(read), len(joints))
+        what = "an unknown key, or a list of another number of joints"
     except ValidationError as error:
         first = error.errors()[0]
         where, what = ".".join(map(str, first["loc"])) or "its top", first["msg"]
@@ -176,29 +173,25 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **more: A
     return found
 
 
-def _sizes(key: str, content: Any) -> Iterator[tuple[str, int]]:
-    """Yield key and length of each list of a file that has one entry for each joint."""
-    if isinstance(content, list):
-        if key.rpartition(".")[2] in _PER_JOINT:
-            yield key, len(content)
-        content = dict(enumerate(content))
-    for name, value in content.items() if isinstance(content, dict) else ():
-        yield from _sizes(f"{key}.{name}".lstrip("."), value)
-
-
-def _unknown(content: Any, written: Any) -> str:
+def _unknown(content: Any, written: Any, joints: int) -> str:
     """Return the first key in a file that symgen would not write for the result; "" if there is
     none.
+
+    Args:
+        content: content of the file.
+        written: what symgen would write.
+        joints: number of joints; 0 if it is unknown.
     """
     pairs: list[tuple[str, Any, Any]] = []
     if isinstance(content, dict) and isinstance(written, dict):
         for key, value in content.items():
-            if key not in written:
+            other = key in _PER_JOINT and isinstance(value, list) and len(value) != joints
+            if key not in written or (joints and other):
                 return str(key)
             pairs.append((key, value, written[key]))
     elif isinstance(content, list) and isinstance(written, list):
         pairs += [(str(k), *both) for k, both in enumerate(zip(content, written, strict=False))]
-    inner = ((key, _unknown(value, other)) for key, value, other in pairs)
+    inner = ((key, _unknown(value, other, joints)) for key, value, other in pairs)
     return next((f"{key}.{where}" for key, where in inner if where), "")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +10,7 @@ import click
 
 from symgen.cli.options import PATH, PERCENT, again, reading_options
 from symgen.cli.progress import say_progress
-from symgen.errors import PackageError, SymgenError
+from symgen.errors import PackageError
 from symgen.report.terminal import say
 
 if TYPE_CHECKING:
@@ -125,7 +124,7 @@ def _checked(source: Path | None, to: Path, folder: bool) -> Path:
 
     Raises:
         PackageError: there is no --from, or --to is a file that symgen may not replace. The message
-            has the command that copies the file to a new one.
+            has the command that copies that file to a new one.
     """
     from symgen.files import check_text_replaceable
 
@@ -135,25 +134,9 @@ def _checked(source: Path | None, to: Path, folder: bool) -> Path:
         if source is None:
             raise PackageError("--from is missing; accepted: the URDF or MJCF to copy")
     except PackageError as error:
-        exists = to.is_file() and (source is None or _same_robot(to, source))
-        copied, new = to if exists else source, to
-        while os.path.lexists(new):
+        new = to
+        while new.exists():
             new = new.with_stem(f"{new.stem}_identified")
-        if copied is None:
-            raise
-        raise PackageError(f"{error}; try: {again(source=copied, to=new)}") from error
+        line = again(source=to if to.is_file() else source or "FILE", to=new)
+        raise PackageError(f"{error}; try: {line}") from error
     return source
-
-
-def _same_robot(path: Path, source: Path) -> bool:
-    """Return whether two files describe the same robot."""
-    from symgen.identification.parameters import with_fixed_links
-    from symgen.robot.toml_io import read_imported
-
-    if path == source:
-        return True
-    try:
-        with_fixed_links(read_imported(path).robot, read_imported(source).robot, path)
-    except SymgenError:
-        return False
-    return True

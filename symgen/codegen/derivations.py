@@ -1,8 +1,8 @@
 """A disk cache of derivations: a second run with the same robot derives nothing.
 
 The key is the digest of the mechanism in the robot file, of the sources that derive and print, and
-of SymPy's version. Cached objects are pickled with their key, in the private folder of
-`symgen.cache`, which also contains the compiled modules. If the cache fails, symgen derives again.
+of SymPy's version. Cached objects are pickled, in the private folder of `symgen.cache`,
+which also contains the compiled modules. If the cache fails, symgen derives again.
 """
 
 from __future__ import annotations
@@ -61,17 +61,14 @@ class Derivations:
         """
         if self.folder is None:
             return derive()
-        own = (self.key, name)
-        if found := unchanged(self.folder, name, _SUFFIX):
-            path, content = found
+        if path := unchanged(self.folder, name, _SUFFIX):
             with suppress(Exception):  # of another version of NumPy, for example
-                kept: tuple[tuple[str, str], Derived] = pickle.loads(content)
-                if kept[0] == own:
-                    return kept[1]
+                kept: Derived = pickle.loads(path.read_bytes())
+                return kept
             path.unlink(missing_ok=True)
         derived = derive()
         with suppress(OSError):
-            content = _pickled((own, derived))
+            content = _pickled(derived)
             path = self.folder / name_in_cache(name, content, _SUFFIX)
             replace_in_one_step(path, content, 0o600)
         return derived

@@ -54,11 +54,10 @@ class Horizon:
 
 
 def require_same_times(*several: Sequence[Horizon]) -> None:
-    """Raise ValueError unless all lists of horizons have the same increasing times."""
-    times = [[horizon.seconds for horizon in horizons] for horizons in several]
-    for one in times:
-        if not one or one != times[0] or one != sorted(set(one)):
-            raise ValueError("horizons of other times")
+    """Raise ValueError unless there are lists of horizons, all of the same times."""
+    times = {tuple(horizon.seconds for horizon in horizons) for horizons in several}
+    if len(times) != 1 or () in times:
+        raise ValueError("no horizons, or of other times")
 
 
 @dataclass(frozen=True, eq=False)

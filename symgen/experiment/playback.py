@@ -95,8 +95,6 @@ class SimulationComparison(Viewable):
     courses: Annotated[tuple[FloatArray, ...], BESIDE] = ()
 
     def __post_init__(self) -> None:
-        if not self.files:
-            raise ValueError("no files")
         require_same_times(*(file.horizons for file in self.files))
 
     def __repr__(self) -> str:

@@ -118,10 +118,6 @@ class Payload(Viewable):
     joint: int
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
 
-    def __post_init__(self) -> None:
-        if self.joint not in [joint.number for joint in self.joints]:
-            raise ValueError(f"joint {self.joint} is not one of the joints")
-
     def __repr__(self) -> str:
         """Return robot and mass."""
         mass = "not determined" if self.mass.value is None else f"{self.mass.value:.4g} kg"
@@ -130,7 +126,8 @@ class Payload(Viewable):
     @property
     def link(self) -> str:
         """Name in results of the joint whose link carries the load."""
-        return next(joint.label for joint in self.joints if joint.number == self.joint)
+        labels = (joint.label for joint in self.joints if joint.number == self.joint)
+        return next(labels, str(self.joint))
 
     @property
     def frame_label(self) -> str:

@@ -104,7 +104,8 @@ class SimulationUse(Use):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_same_times(*filter(None, (self.horizons, self.before)))
+        if self.before:
+            require_same_times(self.horizons, self.before)
 
     @property
     def sentence(self) -> str:

@@ -160,9 +160,9 @@ def build_module(
     folder = private_folder()
     if found := unchanged(folder, module, suffix):
         try:
-            return _load(module, found[0])
+            return _load(module, found)
         except ImportError:  # built on another computer, for example: build it again
-            found[0].unlink(missing_ok=True)
+            found.unlink(missing_ok=True)
     if _probe((*compiler.command, *_ASSEMBLE))[0] is None:
         raise BuildError(_silent(compiler.command))
     try:

@@ -130,17 +130,16 @@ def _horizon(seconds: float) -> dict[str, object]:
 DAMAGED = [
     ("estimate-2", "torque_residual.validation.relative", -1e308, "1e+100"),
     ("estimate-2", "torque_residual.validation.relative", -0.5, "at least 0"),
-    ("estimate-2", "torque_residual.validation.per_joint", [0.1], "1 entries for 2 joints"),
+    ("estimate-2", "torque_residual.validation.per_joint", [0.1], "another number of joints"),
     ("estimate-2", "parameters.0.std", -1.0, "parameters.0.std"),
     ("estimate-2", "uses.simulation.before", [_horizon(0.5)], "other times"),
     ("estimate-2", "band.cutoff_hz", 1e-320, "band"),
-    ("payload-1", "residual.joints_before", [0.1] * 3, "3 entries for 2 joints"),
-    ("payload-1", "joint", 9, "joint 9"),
+    ("payload-1", "residual.joints_before", [0.1] * 3, "another number of joints"),
     ("payload-1", "mass.std", -1.0, "mass.std"),
-    ("simulation-1", "files", [], "no files"),
+    ("simulation-1", "files", [], "no horizons"),
     ("simulation-1", "files.1.horizons", [_horizon(0.2)], "other times"),
     ("study-1", "results.0.parameters.0.std", -1.0, "std"),
-    ("diagnosis-1", "gap.before.per_joint", [0.1] * 3, "entries for"),
+    ("diagnosis-1", "gap.before.per_joint", [0.1] * 3, "another number of joints"),
 ]
 
 

@@ -123,7 +123,7 @@ def test_bad_files_are_refused_in_one_line(entries, word):
 
 
 @pytest.mark.parametrize(
-    ("sigma", "words"), [(None, "sigma is missing"), ("{1e309,1qd1", "sigma: not a list")]
+    ("sigma", "words"), [(None, "sigma = {...}"), ("{1e309,1qd1", "sigma, entry 1: '1e309'")]
 )
 def test_a_list_that_is_missing_or_does_not_end_is_refused(sigma, words):
     with pytest.raises(symgen.RobotError, match=words):

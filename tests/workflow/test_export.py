@@ -185,7 +185,7 @@ def test_link_parameters_go_into_a_urdf_as_they_are(identified) -> None:
 REFUSED = {
     "nothing to copy": ("other.urdf", "--from is missing"),
     "another name": ("arm.txt", "both end in .urdf, or both in .xml"),
-    "a file of somebody": ("mine.urdf", "mine_identified.urdf"),
+    "a file of somebody": ("mine.urdf", "mine_identified.urdf --from"),
 }
 
 

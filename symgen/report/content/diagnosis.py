@@ -180,12 +180,11 @@ def _effect_table(d: Diagnosis) -> Table:
 def _at_rest(effect: FoundEffect, d: Diagnosis) -> str:
     """Return the position q0 at which a spring has no torque, K (q - q0) = K q + OF; or ''."""
     known = definitions().get(effect.name)
-    if known is None or not known.offset or len(known.linear) != 1:
-        return ""
-    if len(effect.parameters) != 1 or not effect.joints:
+    if known is None or not known.offset or len(known.linear) != 1 or not effect.parameters:
         return ""  # a suspected effect has no known value
-    (k,) = effect.parameters
-    offsets = (p.value for p in d.parameters if p.name == f"OF{effect.joints[0]}")
+    k = effect.parameters[0]
+    names = [f"OF{joint}" for joint in effect.joints]
+    offsets = (p.value for p in d.parameters if p.name in names)
     value = -next(offsets, math.nan) / (k.value or math.nan)
     unit = k.unit.rpartition("/")[2]
     return f", q0 = {number(value, 4)} {unit}" if math.isfinite(value) else ""

@@ -19,7 +19,8 @@ from symgen.robot.imported import Imported
 from symgen.robot.toml_io import parse_robot
 
 _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
-_ENTRY = re.compile(r"\b([A-Za-z_]\w*)[ \t]*=[ \t]*(\{[^{}]*\}|[^\s{}]+)", re.ASCII)
+#: A list that does not end is an entry too, so that it is refused.
+_ENTRY = re.compile(r"\b([A-Za-z_]\w*)[ \t]*=[ \t]*(\{[^{}]*\}?|[^\s{}]+)", re.ASCII)
 _NAME = re.compile(r"(?<![\w.])(?!(?:pi|sqrt)\b)[A-Za-z_]\w*", re.ASCII)
 _KEYS = {"ant": "antecedent", **{k: k for k in "sigma gamma b alpha d theta r".split()}}
 #: The column with the variable of a joint, and the letters of that variable.
@@ -36,22 +37,16 @@ def import_par(text: str, where: str = "robot.par") -> Imported:
     Raises:
         RobotError: the text is not a .par, or not an open chain; the message names the entry.
     """
-    entries, text = {}, _COMMENT.sub(" ", text)
-    for key, value in _ENTRY.findall(text):
+    entries = {}
+    for key, value in _ENTRY.findall(_COMMENT.sub(" ", text)):
         items = value.strip("{}").replace("Pi", "pi").split(",")
         entries[key if key == "G" else key.lower()] = [item.strip() for item in items]
     with located(where):
-        if entries.get("type", ["0"])[0] not in "01" or "ant" not in entries:
+        if entries.get("type", ["0"])[0] not in "01" or not {"ant", "sigma"} <= entries.keys():
             raise RobotError(
-                "not an open chain with a list ant = {...}; accepted: Type 0 (simple chain) or 1 "
-                "(tree); write a parallelogram as robot.toml with 'follows'"
+                "not an open chain with lists ant = {...} and sigma = {...}; accepted: Type 0 "
+                "(simple chain) or 1 (tree); write a parallelogram as robot.toml with 'follows'"
             )
-        before, *torn = re.split("[{}]", _ENTRY.sub(" ", text), maxsplit=1)
-        if torn:
-            key = before.replace("=", " ").split()[-1:]
-            raise RobotError(f"{shortened(*key or '{')}: not a list; accepted: one such as {{0,1}}")
-        if "sigma" not in entries:
-            raise RobotError("sigma is missing; accepted: a list with 0, 1 or 2 for each joint")
         lines, lengths = [], set[str]()
         for number in range(1, len(entries["ant"]) + 1):
             joint = _joint(entries, number)
