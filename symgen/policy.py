@@ -14,6 +14,9 @@ import math
 LEAST = 0.008
 #: Smallest error to expect of a model, relative to the torque of the joint (`--misfit`).
 MISFIT = 0.004
+#: Torque errors below this part of the torque are equal, and the first of several equals is chosen.
+#: On logs without noise, errors are roundings of about 1e-8, which differ between processors.
+ROUNDING = 1e-6
 #: Torque error on other motion up to which a model is good, and usable (`--accept`). At 5 %, a
 #: feed-forward leaves the feedback a twentieth of the work; above 10 %, check the model.
 GOOD, ACCEPT = 0.05, 0.10

@@ -38,10 +38,11 @@ from symgen.estimation.band import Band, Rests, rest_speeds
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.masking import require_equations
 from symgen.estimation.solve import PASSES
-from symgen.estimation.summary import block_errors, block_summary
+from symgen.estimation.summary import BLOCKS, block_errors, block_summary
 from symgen.estimation.system import Equations, torque_equations
 from symgen.estimation.values import FloatArray
 from symgen.parallel import in_order
+from symgen.policy import ROUNDING
 from symgen.runtime.evaluator import Evaluator
 
 #: Initial weight of equations at rest, and its lower limit.
@@ -149,7 +150,7 @@ def choose_band(
 
     def errors_at(hz: float) -> FloatArray:
         bands = [replace(start, cutoff_hz=hz, velocity=kind) for kind in kinds]
-        return np.stack(_errors(evaluator, logs, torques, bands))
+        return np.maximum(_errors(evaluator, logs, torques, bands), ROUNDING**2 / BLOCKS)
 
     alike = list(in_order(errors_at, grid, threads))
     # Encoder steps widen the comparison band beyond the motion. If the lowest cutoff is the best, a

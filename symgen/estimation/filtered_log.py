@@ -31,6 +31,9 @@ _SMOOTH = 4.0
 _HARDLY = 0.05
 #: Periods of the comparison band over which its low-pass spreads a rest.
 _REST_REACHES = 0.5
+#: Speed below which a joint stands still, rad/s or m/s. Roundings of a filter are below 1e-9, and
+#: their signs, which differ between machines, are no direction of motion.
+_STANDS = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,15 +279,18 @@ def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> Fil
     """
     derived = band.velocity == "derived" or samples.velocity_derived
     base = base_motion(samples, band)
+    qdd = None
     if not band.filters(samples.step):
-        qd = differentiate(samples.q, samples.step) if derived else samples.qd
-        return FilteredLog(samples, band, samples.q, qd, base=base)
-    if derived:
+        q, qd = samples.q, samples.qd
+        if derived:
+            qd = differentiate(q, samples.step)
+    elif derived:
         q, qd, qdd = lowpass_and_slopes(samples.q, samples.step, band.cutoff_hz, 2)
     else:
         q = lowpass(samples.q, samples.step, band.cutoff_hz) if q is None else q
         qd, qdd = lowpass_and_slopes(samples.qd, samples.step, band.cutoff_hz, 1)
-    return FilteredLog(samples, band, q, qd, (qd, qdd), base)
+    qd = np.where(np.abs(qd) < _STANDS, 0.0, qd)
+    return FilteredLog(samples, band, q, qd, None if qdd is None else (qd, qdd), base)
 
 
 def base_motion(samples: Samples, band: Band) -> tuple[FloatArray, ...]:

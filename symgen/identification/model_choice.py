@@ -56,7 +56,7 @@ from symgen.identification.solving import (
     system_of,
 )
 from symgen.parallel import Say, silent
-from symgen.policy import KNOWN
+from symgen.policy import KNOWN, ROUNDING
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -350,7 +350,8 @@ def _best_model(
         reduce: whether to fit only parameters that the equations determine.
 
     Returns:
-        The model with the smallest torque error, and the results of all models, that one first.
+        The model with the smallest torque error, the first of equals, and the results of all
+        models, that one first.
     """
     compared = _equations(run, replace(_COMPARED, features=models[0].features))
     torques = block_summary([p.equations for p in compared], _COMPARED.gap)
@@ -370,7 +371,7 @@ def _best_model(
         candidates.append(_solved(run, candidate))
     if not candidates:
         raise next(iter(errors.values()))
-    candidates.sort(key=lambda candidate: candidate.held_out)
+    candidates.sort(key=lambda candidate: max(candidate.held_out, ROUNDING))
     best = candidates[0]
     alternatives = [_alternative(candidate, best) for candidate in candidates]
     for name, reason in errors.items():
@@ -407,7 +408,7 @@ def _alternative(candidate: ModelCandidate, best: ModelCandidate) -> Alternative
     """Return the result of a model, compared with the best one."""
     number, train, held = math.inf, None, None
     reason = f"{percent(candidate.held_out)} torque error on folds left out"
-    if candidate is not best:
+    if candidate.held_out > best.held_out:
         reason += f", {candidate.held_out / max(best.held_out, 1e-300):.3g} times the best"
     if candidate.error is not None:
         reason += f"; {candidate.error}"

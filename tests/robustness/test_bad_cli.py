@@ -110,8 +110,9 @@ def test_bad_arguments_are_one_line(refused, tmp_path, monkeypatch, arguments):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
-def test_a_pipe_is_not_a_robot(refused, tmp_path):
-    os.mkfifo(tmp_path / "pipe")
+def test_a_pipe_is_not_a_robot(refused, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # a long path would be shortened in the message
+    os.mkfifo("pipe")
 
     def release():  # a reader that waits is given an end, so that the suite does not hang
         with contextlib.suppress(OSError):
@@ -120,7 +121,7 @@ def test_a_pipe_is_not_a_robot(refused, tmp_path):
     timer = threading.Timer(3, release)
     timer.start()
     try:
-        refused("generate", tmp_path / "pipe", words=["pipe", "accepted"])
+        refused("generate", "./pipe", words=["pipe", "accepted"])
     finally:
         timer.cancel()
 

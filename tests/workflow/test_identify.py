@@ -43,14 +43,28 @@ def test_noise_free_data_return_the_parameters(model: str, step: float, window: 
 
 
 def test_by_default_all_models_are_fitted_and_the_best_on_folds_is_taken() -> None:
-    estimate = symgen.identify("planar2r", _motion(0.005, 12.0))
+    estimate = symgen.identify("planar2r", _shaken(_motion(0.005, 12.0), 0.02))
     assert {a.model for a in estimate.alternatives} == {"energy", "momentum", "torque"}
     (chosen,) = [a for a in estimate.alternatives if a.chosen]
     assert estimate.model == chosen.model
     assert chosen.held_out == min(a.held_out for a in estimate.alternatives)
     for a in estimate.alternatives:
-        assert a.reason.startswith(f"{100 * a.held_out:.3g} % torque error on folds left out")
+        assert a.reason.startswith(f"{100 * a.held_out:#.3g} % torque error on folds left out")
     assert chosen.validation == estimate.torque_validation
+
+
+def _shaken(log: symgen.Log, part: float, seed: int = 1) -> symgen.Log:
+    """The log with noise of its torques, relative to each value."""
+    noise = part * np.random.default_rng(seed).normal(size=log.tau.shape)
+    return replace(log, tau=log.tau * (1 + noise))
+
+
+def test_rounding_chooses_no_model() -> None:
+    exact = _motion(0.005, 12.0)
+    for seed in range(4):
+        estimate = symgen.identify("planar2r", _shaken(exact, 1e-12, seed))
+        assert max(a.held_out for a in estimate.alternatives) < 1e-6
+        assert estimate.model == "energy"
 
 
 @pytest.mark.parametrize("model", ["energy", "momentum"])

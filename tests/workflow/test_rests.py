@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -115,6 +116,18 @@ def test_static_friction_is_no_effect_that_is_missing(tmp_path: Path) -> None:
     found = symgen.diagnose(robot, [paths[0]], validation=[paths[1]])
     assert not found.effects, [e.name for e in found.effects]
     assert found.before.total > 0.05  # of all samples
+
+
+def test_the_sign_of_a_rounding_at_a_rest_is_no_direction_of_motion() -> None:
+    """Positions that differ by 1e-12 of themselves give the same band, and X far within its std."""
+    run, exact = drawn("planar3r"), estimated("planar3r", "torque")
+    noise = 1 + 1e-12 * np.random.default_rng(1).normal(size=run.train.q.shape)
+    rounded = replace(run, train=replace(run.train, q=run.train.q * noise))
+    again = simulated_runs.identified(rounded, model="torque")
+    for key in ("cutoff_hz", "comparison_hz", "velocity"):
+        assert again["band"][key] == exact["band"][key]
+    for p, other in zip(exact["parameters"], again["parameters"], strict=True):
+        assert abs(p["value"] - other["value"]) < 0.01 * p["std"], p["name"]
 
 
 def braked(log: clean_runs.Log, name: str) -> symgen.Log:

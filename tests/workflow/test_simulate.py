@@ -234,7 +234,12 @@ def test_a_log_with_dry_friction_returns_the_parameters_by_energy() -> None:
         symgen.simulate(evaluator, X, duration=10, recording=Recording(rate=250), seed=s).log()
         for s in (1, 2)
     ]
-    assert np.abs(symgen.identify(evaluator, logs).X / X - 1).max() < 3e-4
+    estimate = symgen.identify(evaluator, logs)
+    # Friction changes its sign between samples: 2e-4 of the smallest parameter at any accuracy of
+    # the simulation, of which integration and rounding add 1e-5.
+    assert np.abs(estimate.X / X - 1).max() < 3e-4
+    std = np.array([p.std for p in estimate.parameters])
+    assert (np.abs(estimate.X - X) < 3 * std).all()
 
 
 def test_a_computed_torque_that_knows_all_follows_exactly_and_one_that_does_not_is_off(
