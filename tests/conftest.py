@@ -3,7 +3,7 @@
 `SYMGEN_DURATIONS=1 pytest -m "slow or not slow" -n auto` writes what tests take into
 durations.json. Cases of one test that take more than FAMILY seconds together are drawn by the seed
 SAMPLE, as many as fit, and the shortest where none does; the others run with -m slow. A new test
-above LONGEST seconds that is not marked slow fails.
+above LONGEST seconds that is not marked slow fails. After `SYMGEN_SECONDS`, tests are skipped.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import math
 import os
 import random
 import sys
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -37,6 +38,8 @@ FAMILY, KEPT, LONG = 2.0, 0.2, 1.0
 #: Seconds that a test of the default suite may take, without its fixtures. On a slower machine a
 #: test that is known to be within them takes more.
 LONGEST = 3.0
+#: Seconds after which no test of a run begins, and when the run began.
+_SECONDS, _BEGUN = float(os.environ.get("SYMGEN_SECONDS", "inf")), time.monotonic()
 _KNOWN: dict[str, float] = json.loads(DURATIONS.read_text("utf-8"))
 _TAKEN: Counter[str] = Counter()
 
@@ -85,7 +88,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put long files first, so that no worker is left with one; draw the cases of long families."""
+    """Put long files first, so that no worker is left with one; draw the cases of long families.
+
+    Tests that rounding once broke come before all others, also where the time does not suffice.
+    """
     families: dict[str, dict[str, list[pytest.Item]]] = {}
     for item in items:
         if item.get_closest_marker("slow") is None and "[" in item.name:
@@ -100,6 +106,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             for item in family[case]:
                 item.add_marker(pytest.mark.slow)
     items.sort(key=lambda item: -_KNOWN.get(_file(item), math.inf))
+    items.sort(key=lambda item: item.get_closest_marker("rounding") is None)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup() -> None:
+    """Skip the tests for which no time is left."""
+    if time.monotonic() - _BEGUN > _SECONDS:
+        pytest.skip(f"not run: the {_SECONDS:g} s of SYMGEN_SECONDS are over")
 
 
 @pytest.hookimpl(wrapper=True)

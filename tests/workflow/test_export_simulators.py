@@ -262,6 +262,7 @@ def test_gravcomp_that_carries_weight_of_the_motors_is_refused(arm, tmp_path, co
     np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-10)
 
 
+@pytest.mark.rounding
 def test_links_are_the_files_own_where_they_give_X(arm) -> None:
     folder, *_ = arm
     found = read_imported(folder / "arm.xml")

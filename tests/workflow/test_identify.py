@@ -42,6 +42,7 @@ def test_noise_free_data_return_the_parameters(model: str, step: float, window: 
     assert not estimate.repairs
 
 
+@pytest.mark.rounding
 def test_by_default_all_models_are_fitted_and_the_best_on_folds_is_taken() -> None:
     estimate = symgen.identify("planar2r", _shaken(_motion(0.005, 12.0), 0.02))
     assert {a.model for a in estimate.alternatives} == {"energy", "momentum", "torque"}
@@ -59,6 +60,7 @@ def _shaken(log: symgen.Log, part: float, seed: int = 1) -> symgen.Log:
     return replace(log, tau=log.tau * (1 + noise))
 
 
+@pytest.mark.rounding
 def test_rounding_chooses_no_model() -> None:
     exact = _motion(0.005, 12.0)
     for seed in range(4):

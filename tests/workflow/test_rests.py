@@ -105,6 +105,7 @@ def test_no_channel_is_blamed_where_the_model_explains_nothing() -> None:
     assert estimate.repairs == ()
 
 
+@pytest.mark.rounding
 def test_static_friction_is_no_effect_that_is_missing(tmp_path: Path) -> None:
     run = drawn("planar3r")
     robot = tmp_path / "robot.toml"
@@ -118,6 +119,7 @@ def test_static_friction_is_no_effect_that_is_missing(tmp_path: Path) -> None:
     assert found.before.total > 0.05  # of all samples
 
 
+@pytest.mark.rounding
 def test_the_sign_of_a_rounding_at_a_rest_is_no_direction_of_motion() -> None:
     """Positions that differ by 1e-12 of themselves give the same band, and X far within its std."""
     run, exact = drawn("planar3r"), estimated("planar3r", "torque")

@@ -228,6 +228,7 @@ def test_a_log_without_noise_returns_the_parameters(elbow, clean, model: str) ->
     assert np.abs(estimate.X / X - 1).max() < 1e-4
 
 
+@pytest.mark.rounding
 def test_a_log_with_dry_friction_returns_the_parameters_by_energy() -> None:
     evaluator, X = _elbow('["coulomb", "viscous"]')
     logs = [
