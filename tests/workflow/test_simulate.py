@@ -235,7 +235,7 @@ def test_a_log_with_dry_friction_returns_the_parameters_by_energy() -> None:
         symgen.simulate(evaluator, X, duration=10, recording=Recording(rate=250), seed=s).log()
         for s in (1, 2)
     ]
-    estimate = symgen.identify(evaluator, logs)
+    estimate = symgen.identify(evaluator, logs, model="energy")  # folds prefer it by 0.4 % alone
     # Friction changes its sign between samples: 2e-4 of the smallest parameter at any accuracy of
     # the simulation, of which integration and rounding add 1e-5.
     assert np.abs(estimate.X / X - 1).max() < 3e-4
