@@ -26,7 +26,7 @@ from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import settled_constants
 from symgen.hypotheses.registry import Item, SearchResult, leave_out
 from symgen.hypotheses.score import TINY, repeats_motion
-from symgen.policy import LEAST, SHOWN
+from symgen.policy import LEAST, ROUNDING, SHOWN
 
 REPEATED = "the held-out data only repeat the motion of the training logs, which confirms nothing"
 
@@ -149,7 +149,8 @@ def _weigh(result: SearchResult, items: Sequence[Item], least: float) -> list[We
         )
         now, was = np.array(after.per_joint), np.array(before.per_joint)
         rise = now - was
-        fall = np.sqrt(np.maximum(was**2 - now**2, 0.0))  # explained part of the torque
+        more = (1 - ROUNDING) * was**2 - now**2
+        fall = np.sqrt(np.maximum(more, 0.0))  # explained part of the torque
         fell, joints = float(fall.max()), list(item.joints) or range(len(fall))
         j = max(joints, key=lambda j: fall[j])  # the joint whose cause it may be
         above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - floor[j], 0.0))
@@ -162,7 +163,7 @@ def _weigh(result: SearchResult, items: Sequence[Item], least: float) -> list[We
                 f"on the validation data it explains {percent(fell)} of the torque of a joint; "
                 f"what matters: {100 * least:.2g} %"
             )
-        elif rise.max() >= least or after.relative > before.relative:
+        elif rise.max() >= least or after.relative > (1 + ROUNDING) * before.relative:
             k = int(np.argmax(rise))
             reason = (
                 "on the validation data it raises a torque error from "

@@ -38,6 +38,8 @@ FOLDS = 6
 #: Temperature of all scores: number of correlated rows that count as one, at four rows a period.
 TEMPERATURE = 4.0
 FREEDOM = 3.0  # degrees of freedom of Student's t, the prior of sizes
+#: Digits of log-odds in comparisons: of hypotheses that fit alike, the first one counts.
+DIGITS = 6
 _REGIONS = 12  # number of regions of state that form the folds
 _ROUNDS, _SEED = 30, 1988  # of Lloyd's algorithm
 _SEPARATION = 0.5  # distance between rows of two folds, in periods of the comparison band

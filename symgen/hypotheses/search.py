@@ -39,6 +39,7 @@ from symgen.hypotheses.registry import (
 )
 from symgen.hypotheses.rows import explained
 from symgen.hypotheses.score import (
+    DIGITS,
     TINY,
     Columns,
     Folded,
@@ -176,7 +177,7 @@ class _Judge:
         out = []
         for key, scores in entries.items():
             odds = np.array([s.odds for s in scores])
-            best = scores[int(np.argmax(odds))]
+            best = scores[int(np.argmax(odds.round(DIGITS)))]
             count = len(scores)
             if key[0] == UNNAMED and self._terms is not None:
                 count = self._terms.count
@@ -431,7 +432,7 @@ def _refined(stage: Stage, new: Score) -> Score:
 
 
 def _odds(s: Item) -> float:
-    return s.odds
+    return round(s.odds, DIGITS)
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:

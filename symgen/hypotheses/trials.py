@@ -36,7 +36,7 @@ from symgen.hypotheses.effects import Score
 from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.registry import Changed
-from symgen.hypotheses.score import TEMPERATURE, ScoreFit, worth_and_gain
+from symgen.hypotheses.score import DIGITS, TEMPERATURE, ScoreFit, worth_and_gain
 from symgen.policy import SURE
 from symgen.symbolic.variation import variation
 
@@ -154,7 +154,7 @@ def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[ScoreFit]) -> 
     """Return the most probable point of a grid, with the odds marginalised over the grid."""
     alone, size = stage.score.alone, stage.problem.base.size
     odds = np.array([fit.score - alone.score for fit in fits])
-    k = int(np.argmax(odds))
+    k = int(np.argmax(odds.round(DIGITS)))
     change = grid[k]
     # Each wrong sign costs the same. A set and its complement fit alike: the smaller one counts.
     few = min(len(change.joints), len(size) - len(change.joints))
