@@ -158,8 +158,8 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **more: A
     try:
         text = json.dumps({**given, **dict.fromkeys(more)})
         read = known.validate_json(text, strict=True)
-        joints = given.get("joints") or more.get("joints") or ()
-        where = _unknown(given, as_json(read), len(joints))
+        joints = given.get("joints", more.get("joints"))
+        where = _unknown(given, as_json(read), None if joints is None else len(joints))
         what = "an unknown key, or a list of another number of joints"
     except ValidationError as error:
         first = error.errors()[0]
@@ -173,20 +173,20 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **more: A
     return found
 
 
-def _unknown(content: Any, written: Any, joints: int) -> str:
+def _unknown(content: Any, written: Any, joints: int | None) -> str:
     """Return the first key in a file that symgen would not write for the result; "" if there is
     none.
 
     Args:
         content: content of the file.
         written: what symgen would write.
-        joints: number of joints; 0 if it is unknown.
+        joints: number of joints; None if it is unknown.
     """
     pairs: list[tuple[str, Any, Any]] = []
     if isinstance(content, dict) and isinstance(written, dict):
         for key, value in content.items():
             other = key in _PER_JOINT and isinstance(value, list) and len(value) != joints
-            if key not in written or (joints and other):
+            if key not in written or (joints is not None and other):
                 return str(key)
             pairs.append((key, value, written[key]))
     elif isinstance(content, list) and isinstance(written, list):

@@ -135,6 +135,7 @@ DAMAGED = [
     ("estimate-2", "uses.simulation.before", [_horizon(0.5)], "other times"),
     ("estimate-2", "band.cutoff_hz", 1e-320, "band"),
     ("payload-1", "residual.joints_before", [0.1] * 3, "another number of joints"),
+    ("payload-1", "joints", [], "another number of joints"),
     ("payload-1", "mass.std", -1.0, "mass.std"),
     ("simulation-1", "files", [], "no horizons"),
     ("simulation-1", "files.1.horizons", [_horizon(0.2)], "other times"),
