@@ -528,10 +528,10 @@ static void go_on(planar2r_identifier *s)
 }
 
 /* Whether FAR standard deviations of what the challenger predicts are less than what the settled X
- * misses. That is asked of the equations that taught the settled X, too, for which the rows of its R
- * stand: a challenger that fits where the robot moves now, and nowhere else, waits. The leverages of
- * these rows, here on average over rows and in all p, say by how much more than the settled X the
- * challenger doubts:
+ * misses. That is asked of the equations that taught the settled X, too, for which the rows of its
+ * R stand: a challenger that fits where the robot moves now, and nowhere else, waits. Leverage, the
+ * mean of those of these rows, is how many times as large its variance is in the metric of the
+ * settled X, noise apart:
  *
  *     FAR^2 allowed leverage noise(challenger) / noise(settled) <= missed. */
 static int examine(planar2r_identifier *s)

@@ -298,8 +298,8 @@ int planar2r_identifier_run(void *state, size_t N, const planar2r_real *t, const
 
 /* The parameters X and, unless NULL, their standard deviations, planar2r_PARAMETERS values each.
  * Returns what planar2r_least_squares_solve returns, 0 or the number of the first parameter that the
- * data do not determine; or planar2r_CHANGING: X and std are those of before a change of the robot, such
- * as a load, until another X is better (see planar2r_identifier_status). */
+ * data do not determine; or planar2r_CHANGING: X and std are those of before a change of the robot,
+ * such as a load, until another X is better (see planar2r_identifier_status). */
 int planar2r_identifier_read(const void *state, planar2r_real *X, planar2r_real *std);
 
 /* The noise of qd: standard deviations, planar2r_JOINTS values in rad/s or m/s. 0, or NULL for all

@@ -298,8 +298,8 @@ int puma560_identifier_run(void *state, size_t N, const puma560_real *t, const p
 
 /* The parameters X and, unless NULL, their standard deviations, puma560_PARAMETERS values each.
  * Returns what puma560_least_squares_solve returns, 0 or the number of the first parameter that the
- * data do not determine; or puma560_CHANGING: X and std are those of before a change of the robot, such
- * as a load, until another X is better (see puma560_identifier_status). */
+ * data do not determine; or puma560_CHANGING: X and std are those of before a change of the robot,
+ * such as a load, until another X is better (see puma560_identifier_status). */
 int puma560_identifier_read(const void *state, puma560_real *X, puma560_real *std);
 
 /* The noise of qd: standard deviations, puma560_JOINTS values in rad/s or m/s. 0, or NULL for all

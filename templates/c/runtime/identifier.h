@@ -309,8 +309,8 @@ int NAME_identifier_run(void *state, size_t N, const NAME_real *t, const NAME_re
 
 /* The parameters X and, unless NULL, their standard deviations, NAME_PARAMETERS values each.
  * Returns what NAME_least_squares_solve returns, 0 or the number of the first parameter that the
- * data do not determine; or NAME_CHANGING: X and std are those of before a change of the robot, such
- * as a load, until another X is better (see NAME_identifier_status). */
+ * data do not determine; or NAME_CHANGING: X and std are those of before a change of the robot,
+ * such as a load, until another X is better (see NAME_identifier_status). */
 int NAME_identifier_read(const void *state, NAME_real *X, NAME_real *std);
 
 /* The noise of qd: standard deviations, NAME_JOINTS values in rad/s or m/s. 0, or NULL for all
