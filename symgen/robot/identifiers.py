@@ -30,7 +30,9 @@ _RESERVED = re.compile(
 # A coefficient becomes NAME_coefficient in C. Other names of a package have lower-case letters and
 # underscores, except for these.
 _COEFFICIENT = re.compile(r"[A-Z][A-Za-z0-9]*", re.ASCII)
-_API = frozenset("JOINTS PARAMETERS INERTIAL NEAR ROUND VERSION OK OUTLIER STANDARD WIDTH".split())
+_API = frozenset(
+    "JOINTS PARAMETERS INERTIAL NEAR ROUND VERSION OK OUTLIER CHANGING STANDARD WIDTH".split()
+)
 
 
 def fits_c(name: str) -> bool:

@@ -12,10 +12,6 @@ def require_answers(name: str, count: int) -> None:
     assert [found[key] for key in ("unanswered", "denied", "disproved")] == [0, 0, 0], found
 
 
-def test_what_a_motion_does_not_determine_leaves_no_estimate_without_an_answer() -> None:
-    require_answers("panda30", 5)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_hundred_perturbed_estimates_of_each_robot_are_answered(name: str) -> None:
