@@ -6,7 +6,7 @@ Solution. `excludes` names what its standard deviations do not contain.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -21,11 +21,10 @@ from symgen.estimation.solve import (
     condition,
     inverse_deviation,
     inverse_information,
-    least_squares_solution,
+    least_squares_with_prior,
     log_weights,
     merged,
     require_rows,
-    residual_weights,
     sum_of_scores,
     weighted_least_squares,
     weighted_triangle,
@@ -34,7 +33,6 @@ from symgen.estimation.summary import bounded_deviation, summaries
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import FloatArray
 
-_PASSES_OF_A_PRIOR = 20  # cheap, as it uses the factors
 NOISE_BIAS = (
     "bias from noise of positions and speeds in the regressor, and errors of the model that are no "
     "smooth function of positions and speeds"
@@ -165,18 +163,8 @@ class Prior:
             raise IdentificationError(f"the prior is not one of {len(system.names)} parameters")
         if not (np.isfinite(self.mean).all() and (self.std > 0).all()):
             raise IdentificationError("the prior's means are not finite, or a std is not above 0")
-        parts = summaries(system)
         prior_rows = np.column_stack([np.diag(1 / self.std), self.mean / self.std])
-        X = np.zeros_like(self.mean)  # the first deviation is that of y
-        for _ in range(_PASSES_OF_A_PRIOR):
-            weights = residual_weights(parts, X) / np.sqrt([max(s.correlation, 1) for s in parts])
-            rows = [*(s.factor for s in parts), prior_rows]
-            X, scale, R = merged(rows, np.append(weights, 1.0), system.names)
-        meat = sum_of_scores(system, parts, weights, X)
-        solution = least_squares_solution(parts, weights, (X, scale, R), meat)
-        bread = inverse_information(scale, R)
-        more = bread / self.std**2 @ bread  # A (meat + prior information) A
-        return replace(solution, noise=solution.noise + more)
+        return least_squares_with_prior(system, prior_rows)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ SINGULAR = 1e-8
 _SHORTEST = 1e-9  # the same for a search, which tests columns that may be dependent
 #: Passes in which the log weights follow the residuals.
 PASSES = 3
+_PASSES_OF_A_PRIOR = 20  # cheap, as it uses the factors
 #: X (p,), the norms of the columns (p,), and the factor R (p, p) of the scaled regressor.
 Merged = tuple[FloatArray, FloatArray, FloatArray]
 #: A parameter with a smaller share than this in an undetermined combination is not part of it.
@@ -58,15 +59,6 @@ class Solution:
     def std(self) -> FloatArray:
         """Standard deviations of X, (p,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0))
-
-
-def with_the_others_zero(part: Solution, kept: Sequence[int], p: int) -> Solution:
-    """Return the solution of some of p columns as one of all; the others are 0, without a std."""
-    X, parts = np.zeros(p), np.zeros((2, p, p))
-    X[list(kept)] = part.X
-    for some, all_columns in zip((part.noise, part.misfit), parts, strict=True):
-        all_columns[np.ix_(kept, kept)] = some
-    return replace(part, X=X, noise=parts[0], misfit=parts[1])
 
 
 def require_rows(system: LinearSystem) -> None:
@@ -124,6 +116,59 @@ def log_weights(
         weights = residual_weights(parts, solved[0])
         solved = merged((s.factor for s in parts), weights, names)
     return weights, solved
+
+
+def weights_with_prior(
+    parts: Sequence[Summary], names: tuple[str, ...], prior: FloatArray
+) -> tuple[FloatArray, Merged]:
+    """Return the log weights and the solution with a prior; as `log_weights`.
+
+    The weights contain the number of rows that share samples, so that overlapping windows do not
+    outweigh the prior.
+
+    Args:
+        parts: the summaries of the logs; read once a pass.
+        names: names of the columns.
+        prior: equations of the prior with a deviation of one, (k, p + 1).
+    """
+    X = np.zeros(len(names))  # the first deviation is that of y
+    for _ in range(_PASSES_OF_A_PRIOR):
+        weights = residual_weights(parts, X) / np.sqrt([max(s.correlation, 1) for s in parts])
+        rows = [*(s.factor for s in parts), prior]
+        solved = merged(rows, np.append(weights, 1.0), names)
+        X = solved[0]
+    return weights, solved
+
+
+def least_squares_with_prior(system: LinearSystem, prior: FloatArray) -> Solution:
+    """Solve by QR of the rows and the prior below them, (k, p + 1)."""
+    parts = summaries(system)
+    weights, solved = weights_with_prior(parts, system.names, prior)
+    meat = sum_of_scores(system, parts, weights, solved[0])
+    return solution_with_prior(parts, weights, solved, meat, prior)
+
+
+def solution_with_prior(
+    parts: Sequence[Summary],
+    weights: FloatArray,
+    solved: Merged,
+    meat: FloatArray,
+    prior: FloatArray,
+) -> Solution:
+    """Return the solution with a prior, (k, p + 1); the other arguments as before."""
+    solution = least_squares_solution(parts, weights, solved, meat)
+    bread = inverse_information(*solved[1:])
+    information = prior[:, :-1].T @ prior[:, :-1]
+    return replace(solution, noise=solution.noise + bread @ information @ bread)
+
+
+def shortest_weights(parts: Sequence[Summary]) -> FloatArray:
+    """Return the log weights 1/sigma, as `log_weights`, of the shortest solution."""
+    weights = np.ones(len(parts))
+    for _ in range(PASSES + 1):
+        X = shortest(weighted_triangle((s.factor for s in parts), weights))
+        weights = residual_weights(parts, X)
+    return weights
 
 
 def shortest(rows: FloatArray) -> FloatArray:

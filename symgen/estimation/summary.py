@@ -32,6 +32,7 @@ LAGS = 8
 _TALL, _DEPENDENT = 4, 1e-6
 #: Blocks of time in all training logs, and contiguous folds of blocks.
 BLOCKS, FOLDS = 20, 5
+_A_FOLD = BLOCKS // FOLDS
 _ROUNDS = 2
 _RANK = 1e-13  # of an eigenvalue of the scaled matrix: 3e-7 of a singular value
 
@@ -68,16 +69,6 @@ class Summary:
     def square(self) -> float:
         """Sum of the squares of y."""
         return float(np.sum(self.factor[:, -1] ** 2))
-
-    def columns(self, chosen: Sequence[int] | None) -> Summary:
-        """Return the summary of some of the parameters; None for all."""
-        if chosen is None:
-            return self
-        features = self.features
-        if features is not None:
-            p = self.factor.shape[1] - 1
-            features = np.hstack([features[:, chosen], features[:, p:]])
-        return replace(self, factor=triangle(self.factor[:, [*chosen, -1]]), features=features)
 
     def rss(self, X: FloatArray) -> float:
         """Return the sum of the squares of y - W X."""
@@ -223,7 +214,7 @@ def residual_squares(grams: FloatArray, X: FloatArray) -> FloatArray:
 def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Blocks:
     """Summarise equations by blocks of the total training time.
 
-    A row that begins in one block and ends in another is left out.
+    A row belongs to the block in which it ends. If it begins in another fold, it is left out.
 
     Args:
         logs: the equations of every log, joint by joint, rows in the order of time.
@@ -248,7 +239,8 @@ def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Bl
             )
             rows = np.column_stack([e.W, e.y])
             for b in np.unique(last):
-                inside = rows[np.searchsorted(first, b) : np.searchsorted(last, b, side="right")]
+                begin = max(np.searchsorted(first, b - b % _A_FOLD), np.searchsorted(last, b))
+                inside = rows[begin : np.searchsorted(last, b, side="right")]
                 grams[b, j] += inside.T @ inside
                 count[b, j] += len(inside)
         before += end - start
@@ -272,8 +264,3 @@ def block_errors(equations: Blocks, torques: Blocks) -> FloatArray:
         for b in fold:
             out[b] = torques.errors([b], X) * share
     return out
-
-
-def held_out_error(errors: FloatArray) -> float:
-    """Return the root mean square of `block_errors` over the joints."""
-    return float(np.sqrt(errors.sum() / errors.shape[1]))

@@ -100,11 +100,6 @@ class Equations:
         features = None if self.features is None else self.features * rows
         return replace(self, W=self.W * rows, y=self.y * weight, features=features)
 
-    def columns(self, chosen: Sequence[int]) -> Equations:
-        """Return the equations of some of the parameters."""
-        Z = None if self.Z is None else self.Z[:, chosen]
-        return replace(self, W=self.W[:, chosen], Z=Z)
-
 
 @dataclass(frozen=True, eq=False)
 class LinearSystem:
@@ -112,11 +107,6 @@ class LinearSystem:
 
     names: tuple[str, ...]
     logs: tuple[Equations, ...]
-
-    def columns(self, chosen: Sequence[int]) -> LinearSystem:
-        """Return the equations of some of the parameters."""
-        names = tuple(self.names[k] for k in chosen)
-        return LinearSystem(names, tuple(e.columns(chosen) for e in self.logs))
 
     @property
     def W(self) -> FloatArray:

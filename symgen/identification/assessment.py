@@ -126,14 +126,13 @@ def assess(
     evaluator, robot = run.evaluator, run.evaluator.model.robot
     settled = result.settled
     solution, method, bias = settled.solution, settled.method, ""
-    if method.name not in UNBIASED and best.columns is None:
+    if method.name not in UNBIASED and best.known is None:
         system = system_of(evaluator, train)
         solution, bias = bias_of_least_squares(system, solution, best.solution)
     X, std = solution.X, solution.std
-    if best.columns is not None:
-        known = best.columns.known
+    if best.known is not None:
         std = np.full(len(X), math.nan)
-        std[known] = solution.std[known]
+        std[best.known] = solution.std[best.known]
     parameters = _parameter_estimates(evaluator, X, std)
     judged = motion_error(evaluator, run.held, X, result.torque_held)
     error, floor = judged.error, judged.noise

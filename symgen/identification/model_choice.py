@@ -2,7 +2,9 @@
 
 Three models give the same parameters from the same filtered logs: energy, momentum and torque.
 symgen keeps the one with the smallest torque error, in the comparison band, on held-out folds of
-the training logs.
+the training logs. The fits to the other folds have a weak prior, since these folds alone may not
+determine all parameters. Of models that are as good, symgen prefers momentum to energy, and energy
+to torque, which needs accelerations: they are noisier than speeds.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -26,17 +29,11 @@ from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_equations
 from symgen.estimation.solve import (
-    IdentifiableColumns,
     Solution,
     column_norms,
     identifiable_columns,
 )
-from symgen.estimation.summary import (
-    Blocks,
-    block_errors,
-    block_summary,
-    held_out_error,
-)
+from symgen.estimation.summary import Blocks, block_summary, summaries
 from symgen.estimation.torque_error import TorqueFit, fit, percent
 from symgen.estimation.values import FloatArray, Reason
 from symgen.faults.fault import EVERYWHERE, Fault
@@ -55,13 +52,18 @@ from symgen.identification.solving import (
     solve_equations,
     system_of,
 )
+from symgen.identification.weak_prior import WeakPrior
 from symgen.parallel import Say, silent
-from symgen.policy import KNOWN, ROUNDING
+from symgen.policy import AS_GOOD, KNOWN, ROUNDING, VARIES
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 #: Torque equations, on which the models are compared.
 _COMPARED = EquationModel("torque", 0.0)
+#: Models in the order of preference if they are as good.
+_PREFERRED = ("momentum", "energy", "torque")
+#: Factor of the information of a prior that has no effect.
+_NONE = 1e-9
 #: Two speeds are proportional if the sine of the angle between them is below this.
 PROPORTIONAL = 0.03
 
@@ -228,9 +230,11 @@ class ModelCandidate:
         model: model of the equations.
         train: the training logs with their equations.
         blocks: summaries of the equations and of the torques, by blocks of time.
-        held_out: torque error on held-out folds.
-        columns: the parameters that the equations determine; None for all.
-        solution: the weighted least-squares solution; None if there is none.
+        prior: weak prior for what the equations do not determine.
+        held_out: torque error on held-out folds, of fits with the prior.
+        known: indices of the parameters that the equations determine; None for all.
+        solution: the weighted least-squares solution, with the prior if the equations do not
+            determine all parameters; None if there is none.
         torques: torques of the training and of the validation logs; empty without a solution.
         error: the error of the solver, if there is no solution.
     """
@@ -238,16 +242,28 @@ class ModelCandidate:
     model: EquationModel
     train: list[EquatedLog]
     blocks: tuple[Blocks, Blocks]
+    prior: WeakPrior
     held_out: float = math.inf
-    columns: IdentifiableColumns | None = None
+    known: list[int] | None = None
     solution: Solution | None = None
     torques: tuple[TorqueFit, ...] = ()
     error: Exception | None = None
 
     @property
-    def kept(self) -> list[int] | None:
-        """Indices of the fitted parameters; None for all."""
-        return None if self.columns is None else self.columns.kept
+    def needed_prior(self) -> WeakPrior | None:
+        """The prior if the equations do not determine all parameters."""
+        return None if self.known is None else self.prior
+
+    @cached_property
+    def without_prior(self) -> float:
+        """Torque error on held-out folds, of fits without the prior."""
+        weaker = replace(self.prior, information=_NONE * self.prior.information)
+        return weaker.held_out(self.blocks).relative
+
+    @property
+    def folds_tell(self) -> bool:
+        """Whether the other folds determine the parameters without the prior."""
+        return self.without_prior <= VARIES * self.held_out
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,13 +318,14 @@ def choose_model(
         model = settle_load(evaluator, run.train, models[0])
         train = _equations(run, model)
         torques = block_summary([p.equations for p in train], model.gap)
-        best = ModelCandidate(model, train, (torques, torques))
+        prior = _weak_prior(run, train)
+        best = ModelCandidate(model, train, (torques, torques), prior)
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
         # A prior determines the parameters that the motion does not.
-        reduce = bool(proportional) and method.prior is None
+        partial = bool(proportional) and method.prior is None
         with blame_motion(fault):
-            best, alternatives = _best_model(run, models, reduce)
+            best, alternatives = _best_model(run, models, partial)
     train = []
     for k, part in enumerate(best.train):
         if method.name == "iv" or method.is_tested(part.log):
@@ -340,14 +357,14 @@ def _require_equations(logs: Sequence[EquatedLog], robot: Robot) -> None:
 
 
 def _best_model(
-    run: Run, models: Sequence[EquationModel], reduce: bool
+    run: Run, models: Sequence[EquationModel], partial: bool
 ) -> tuple[ModelCandidate, tuple[Alternative, ...]]:
     """Fit every model and compare them on folds of the training logs.
 
     Args:
         run: the logs in the band.
         models: models to fit.
-        reduce: whether to fit only parameters that the equations determine.
+        partial: whether the equations may determine only some of the parameters.
 
     Returns:
         The model with the smallest torque error, the first of equals, and the results of all
@@ -365,13 +382,16 @@ def _best_model(
             errors[model.name] = error
             continue
         blocks = block_summary([p.equations for p in train], model.gap)
-        held_out = held_out_error(block_errors(blocks, torques))
-        columns = _determined_columns(run, train, model) if reduce else None
-        candidate = ModelCandidate(model, train, (blocks, torques), held_out, columns)
+        prior = _weak_prior(run, train)
+        held_out = prior.held_out((blocks, torques)).relative
+        known = _known_parameters(run, train, model) if partial else None
+        candidate = ModelCandidate(model, train, (blocks, torques), prior, held_out, known)
         candidates.append(_solved(run, candidate))
     if not candidates:
         raise next(iter(errors.values()))
-    candidates.sort(key=lambda candidate: max(candidate.held_out, ROUNDING))
+    least = min(candidate.held_out for candidate in candidates)
+    limit = AS_GOOD * max(least, ROUNDING)
+    candidates.sort(key=lambda c: (max(c.held_out, limit), _PREFERRED.index(c.model.name)))
     best = candidates[0]
     alternatives = [_alternative(candidate, best) for candidate in candidates]
     for name, reason in errors.items():
@@ -383,15 +403,22 @@ def _solved(run: Run, candidate: ModelCandidate) -> ModelCandidate:
     """Return a candidate with its solution, or with the error of the solver."""
     plain, model = Method(Wls.name), candidate.model
     try:
-        solution = solve_equations(run.evaluator, candidate.train, plain, model, candidate.kept)
+        solution = solve_equations(
+            run.evaluator, candidate.train, plain, model, candidate.needed_prior
+        )
     except (IdentificationError, np.linalg.LinAlgError) as error:
         return replace(candidate, error=error)
     return replace(candidate, solution=solution, torques=run.torques(solution.X))
 
 
-def _determined_columns(
+def _weak_prior(run: Run, train: Sequence[EquatedLog]) -> WeakPrior:
+    """Return the weak prior for the equations of the training logs."""
+    return WeakPrior.of(run.evaluator.model, summaries(system_of(run.evaluator, train)))
+
+
+def _known_parameters(
     run: Run, train: Sequence[EquatedLog], model: EquationModel
-) -> IdentifiableColumns | None:
+) -> list[int] | None:
     """Return the parameters that some equations determine beyond noise; None for all.
 
     Noise E of the regressor W biases least squares: along a direction v of the parameters, by the
@@ -400,14 +427,19 @@ def _determined_columns(
     """
     W = system_of(run.evaluator, train).W
     noise = noise_columns(run.evaluator, run.train, model)
-    columns = identifiable_columns(W, noise / math.sqrt(KNOWN))
-    return None if len(columns.known) == W.shape[1] else columns
+    known = identifiable_columns(W, noise / math.sqrt(KNOWN)).known
+    return None if len(known) == W.shape[1] else known
 
 
 def _alternative(candidate: ModelCandidate, best: ModelCandidate) -> Alternative:
     """Return the result of a model, compared with the best one."""
     number, train, held = math.inf, None, None
     reason = f"{percent(candidate.held_out)} torque error on folds left out"
+    if not candidate.folds_tell:
+        without = percent(candidate.without_prior)
+        reason += (
+            f" with a weak prior (without it {without}: folds do not determine all parameters)"
+        )
     if candidate.held_out > best.held_out:
         reason += f", {candidate.held_out / max(best.held_out, 1e-300):.3g} times the best"
     if candidate.error is not None:

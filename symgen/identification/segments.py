@@ -38,7 +38,8 @@ from symgen.estimation.solve import (
     PASSES,
     least_squares_solution,
     log_weights,
-    with_the_others_zero,
+    solution_with_prior,
+    weights_with_prior,
 )
 from symgen.estimation.summary import Summary, merge_summaries, summarise
 from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
@@ -51,6 +52,7 @@ from symgen.identification.assessment import Outcome, outcome
 from symgen.identification.model_choice import ChosenModel, OpenLogs
 from symgen.identification.settle import settle
 from symgen.identification.solving import Method
+from symgen.identification.weak_prior import WeakPrior
 from symgen.parallel import Say, in_order, thread_count
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.toml_text import robot_toml
@@ -348,19 +350,25 @@ class LongLogs(OpenLogs):
             {key: s for key, s in summaries.items() if logs[key[0]].kind == kind} for kind in _KINDS
         )
         names = run.evaluator.model.base.names
-        kept = list(range(len(names)) if chosen.best.kept is None else chosen.best.kept)
-        self.progress(f"solving for {len(kept)} parameters")
-        parts = [s.columns(kept) for s in train.values()]
-        passes = 0 if method.name == Ols.name else PASSES
-        weights, solved = log_weights(parts, tuple(names[k] for k in kept), passes)
-        X = np.zeros(len(names))
-        X[kept] = solved[0]
+        self.progress(f"solving for {len(names)} parameters")
+        parts = list(train.values())
+        prior = WeakPrior.of(run.evaluator.model, parts)
+        needed = None if chosen.best.known is None or not method.is_wls else prior.rows
+        if needed is None:
+            passes = 0 if method.name == Ols.name else PASSES
+            weights, solved = log_weights(parts, names, passes)
+        else:
+            weights, solved = weights_with_prior(parts, names, needed)
+        X = solved[0]
         lags = [s.lag for s in parts]
         summed = dict(zip(train, zip(weights, lags, strict=True), strict=True))
         meat, fits = self._errors(settings, X, summed, again)
-        part = least_squares_solution(parts, weights, solved, meat[np.ix_(kept, kept)])
-        solution = with_the_others_zero(part, kept, len(names))
-        settled = settle(chosen, method, solution)
+        about = parts, weights, solved, meat
+        if needed is None:
+            solution = least_squares_solution(*about)
+        else:
+            solution = solution_with_prior(*about, needed)
+        settled = settle(chosen, method, solution, prior)
         X = settled.solution.X
         if X is not solution.X:
             _, fits = self._errors(settings, X, summed, again)
@@ -370,7 +378,7 @@ class LongLogs(OpenLogs):
         return outcome(
             settled,
             chosen.best.model,
-            (list(train.values()), list(held.values())),
+            (parts, list(held.values())),
             fits,
             (*merge_faults(mended), *(r for r in run.repairs if r.log == EVERYWHERE)),
             (*self.sampled.notes, *self.sampled.in_words(what)),

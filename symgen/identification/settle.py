@@ -1,8 +1,13 @@
 """Choose between least squares and the nearest possible base parameters.
 
-symgen fits both to folds of the training logs, and compares their torque errors on the held-out
+If a robot can have the parameters of least squares, they are the estimate. Else symgen fits both to
+folds of the training logs, with a weak prior, and compares their torque errors on the held-out
 folds. The possible parameters are the estimate unless their error is larger by a part that matters.
 In that case an effect is missing, because no robot of this model moves like the logs.
+
+The possible parameters are those of the smallest weighted squared error and weak prior. If an
+effect is missing, the estimate has the weak prior, too: least squares alone extrapolates where the
+logs do not determine its parameters.
 """
 
 from __future__ import annotations
@@ -15,13 +20,13 @@ import numpy as np
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
 from symgen.estimation.solve import Solution
-from symgen.estimation.summary import BLOCKS, FOLDS, Blocks
-from symgen.estimation.torque_error import percent, relative_error
+from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray, OtherEstimate, Reason, Residual
 from symgen.identification.estimate import Consistency
 from symgen.identification.model_choice import ChosenModel
 from symgen.identification.possible import Possible, nearest_possible
 from symgen.identification.solving import CONSISTENT, Method
+from symgen.identification.weak_prior import WeakPrior
 from symgen.policy import BEYOND, LEAST, POSSIBLE, VARIES
 from symgen.robot.types import Robot
 
@@ -29,6 +34,7 @@ from symgen.robot.types import Robot
 _FRICTION = ("FS", "FV", "FSM", "FVM")
 #: Kind of the reason that the nearest possible robot predicts worse than least squares.
 EFFECT_MISSING = "effect_missing"
+_SHRUNK = "a weak prior holds what the logs do not determine"
 _DIAGNOSE = "an effect is missing from the model: symgen diagnose searches for it"
 
 
@@ -49,7 +55,7 @@ class Settled:
     at_bound: tuple[str, ...] = ()
 
 
-def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
+def settle(chosen: ChosenModel, method: Method, least: Solution, prior: WeakPrior) -> Settled:
     """Return the solution without constraints or the nearest possible one, as the method requires.
 
     Args:
@@ -57,30 +63,35 @@ def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
         method: "auto" compares both, "consistent" takes the possible one, and other methods take
             the solution without constraints.
         least: the solution without constraints.
+        prior: weak prior for what the equations do not determine.
     """
     model = chosen.run.evaluator.model
     base = method.unconstrained
     reason: Reason | None = None
-    if chosen.best.columns is not None:
-        reason = Reason("not_excited", text="the motion does not determine all parameters")
-        return Settled(least, base, Consistency(None, reason))
     try:
         near = nearest_possible(model, least.X, least.covariance)
         if not near.fault:
             return Settled(least, method if method.name == CONSISTENT else base, Consistency(0.0))
-        errors = held_out_errors(model, chosen.best.blocks, least.covariance)
+        free = chosen.best.prior.held_out(chosen.best.blocks)
+        bounded = chosen.best.prior.held_out(
+            chosen.best.blocks, lambda X, C: nearest_possible(model, X, C).X
+        )
     except ParameterError as error:  # the covariance is not that of all parameters
         text = f"it could not be decided whether a robot can have these parameters: {error}"
         return Settled(least, base, Consistency(None, Reason("undecided", text=text)))
-    free, bounded = errors
     held_out = free.relative, bounded.relative
     if not method.is_bounded:
         reason = _not_possible(near)
     elif method.name != CONSISTENT and bounded.relative > largest_error(free.relative):
         reason = _missing(near, free, bounded, model.robot)
     if reason is not None:
+        if method.is_bounded and method.plain:
+            least = replace(least, X=prior.fit()[0], notes=(*least.notes, _SHRUNK))
         distance = near.distance if near.is_decided else None
         return Settled(least, base, Consistency(distance, reason, held_out))
+    if method.plain:
+        within = nearest_possible(model, *prior.fit())
+        near = replace(near, X=within.X, at_bound=within.at_bound)
     moved = _moved(model, least, near, base.name)
     taken = replace(method, name=CONSISTENT)
     return Settled(moved, taken, Consistency(near.distance, None, held_out), near.at_bound)
@@ -146,31 +157,6 @@ def _driven_by_friction(
     if not certain:
         return None
     return [joint for joint, signs in certain.items() if not any(signs)]
-
-
-def held_out_errors(
-    model: Model, blocks: tuple[Blocks, Blocks], covariance: FloatArray
-) -> tuple[Residual, Residual]:
-    """Return the torque errors on held-out folds, of least squares and of the nearest possible X.
-
-    Args:
-        model: model of the robot.
-        blocks: summaries of the fitted equations, and of the torques, by blocks of time.
-        covariance: covariance of X (p, p), the metric of the distance.
-
-    Raises:
-        ParameterError: the covariance is not a finite matrix with a positive diagonal.
-    """
-    equations, torques = blocks
-    size = torques.grams[:, :, -1, -1].sum(axis=0)
-    free, bounded = np.zeros_like(size), np.zeros_like(size)
-    for fold in np.arange(BLOCKS).reshape(FOLDS, -1).tolist():
-        X = equations.fit(fold)
-        near = nearest_possible(model, X, covariance).X
-        free += torques.errors(fold, X)
-        bounded += torques.errors(fold, near)
-    sigma = model.robot.sigma
-    return relative_error(free, size, sigma), relative_error(bounded, size, sigma)
 
 
 def _not_possible(near: Possible) -> Reason:

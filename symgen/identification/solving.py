@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from symgen.errors import IdentificationError, first_of
+from symgen.errors import IdentificationError
 from symgen.estimation.cutoff import channel_noise
 from symgen.estimation.equation_model import EquationModel, require_model
 from symgen.estimation.estimators import (
@@ -25,9 +25,10 @@ from symgen.estimation.estimators import (
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.instrumental import InstrumentalVariables
 from symgen.estimation.logs import Source, listed_logs
-from symgen.estimation.solve import Solution, weighed, with_the_others_zero
+from symgen.estimation.solve import Solution, least_squares_with_prior, weighed
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import SEED, FloatArray
+from symgen.identification.weak_prior import WeakPrior
 from symgen.runtime.evaluator import Evaluator
 
 
@@ -192,7 +193,7 @@ def solve_equations(
     train: Sequence[EquatedLog],
     method: Method,
     model: EquationModel,
-    kept: Sequence[int] | None = None,
+    prior: WeakPrior | None = None,
 ) -> Solution:
     """Solve the equations of the training logs, without the constraints of a possible robot.
 
@@ -201,28 +202,21 @@ def solve_equations(
         train: the logs.
         method: method of the solution.
         model: model of the equations.
-        kept: indices of the parameters that the logs determine; the others are 0. None for all.
+        prior: prior of least squares for what the logs do not determine; None if they determine all
+            parameters.
 
     Raises:
         IdentificationError: the logs do not determine the parameters, or the method does not work
             with this model.
     """
     system = system_of(evaluator, train)
-    p = len(system.names)
-    if kept is not None:
-        if method.name == CONSISTENT:
-            listed = first_of([n for k, n in enumerate(system.names) if k not in kept])
-            raise IdentificationError(
-                f"method consistent: these data do not determine {listed}; accepted: method wls"
-            )
-        system = system.columns(kept)
+    if prior is not None and method.is_wls:
+        return least_squares_with_prior(system, prior.rows)
     if method.custom is not None or method.name != "recursive":
-        solution = method.estimator.solve(system)
-    elif model.name == "torque":
+        return method.estimator.solve(system)
+    if model.name == "torque":
         raise IdentificationError("method recursive works on the models of energy and momentum")
-    else:
-        solution = weighed(system, _memory(train, method.forgetting))
-    return solution if kept is None else with_the_others_zero(solution, kept, p)
+    return weighed(system, _memory(train, method.forgetting))
 
 
 def noise_columns(

@@ -178,9 +178,10 @@ class LogsInMemory(OpenLogs):
         self.progress(f"solving {rows} equations for {len(names)} parameters")
         least = best.solution if method.is_wls else None
         about = run.evaluator, best.train, method, best.model
-        settled = settle(chosen, method, least or solve_equations(*about, best.kept))
+        least = least or solve_equations(*about, best.needed_prior)
+        settled = settle(chosen, method, least, best.prior)
         X = settled.solution.X
-        is_plain = least is not None and X is least.X
+        is_plain = best.solution is not None and X is best.solution.X
         torques = best.torques if is_plain else run.torques(X)
         train, held = (system_of(run.evaluator, logs).logs for logs in (best.train, chosen.held))
         return outcome(settled, best.model, (train, held), torques, run.repairs)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symgen.estimation.summary import BLOCKS, block_summary, solve_gram
+from symgen.estimation.summary import BLOCKS, FOLDS, block_summary, solve_gram
 from symgen.estimation.system import Equations
 
 
@@ -38,7 +38,7 @@ def test_what_the_rows_do_not_determine_is_the_shortest_in_units_of_the_columns(
 
 
 @pytest.mark.parametrize("reach", [0.0, 0.3])
-def test_a_row_counts_in_the_block_that_holds_all_of_it(reach: float) -> None:
+def test_a_row_counts_in_the_block_of_its_end_if_its_fold_holds_all_of_it(reach: float) -> None:
     rng = np.random.default_rng(3)
     logs = []
     for count in (90, 1, 40):
@@ -59,10 +59,10 @@ def test_a_row_counts_in_the_block_that_holds_all_of_it(reach: float) -> None:
                 first, last = (
                     min(max(int(x * BLOCKS), 0), BLOCKS - 1) for x in (end - reach / total, end)
                 )
-                if first == last:
+                if first * FOLDS // BLOCKS == last * FOLDS // BLOCKS:
                     row = np.append(w, y)
-                    grams[first, e.joint] += np.outer(row, row)
-                    count[first, e.joint] += 1
+                    grams[last, e.joint] += np.outer(row, row)
+                    count[last, e.joint] += 1
         before += stop - start
     np.testing.assert_array_equal(found.rows, count)
     np.testing.assert_allclose(found.grams, grams, rtol=1e-12, atol=1e-12)
