@@ -32,6 +32,8 @@ _ROUNDS, _CONVERGED = 200, 1e-2
 #: Smallest size, and smallest eigenvalue of a matrix in units of its diagonal, as parts of the
 #: largest.
 _SMALLEST = 1e-12
+#: Smallest squared size, in units of a robot of 1 kg: of logs that are noise alone, it falls to 0.
+_NOISE = 1e-24
 #: X (p,) and its covariance (p, p).
 Fitted = tuple[FloatArray, FloatArray]
 
@@ -128,7 +130,8 @@ def _information(model: Model, factor: FloatArray) -> FloatArray:
         z = sizes * (H.T @ (inverse @ y))
         determined = sizes * np.sum(H * (inverse @ H), axis=0)  # a part of each parameter
         new = np.bincount(kind, z**2) / np.maximum(np.bincount(kind, determined), 1e-300)
-        before, sizes = sizes, np.maximum(new, _SMALLEST * new.max())[kind]
+        smallest = max(_SMALLEST * new.max(), _NOISE)
+        before, sizes = sizes, np.maximum(new, smallest)[kind]
         if np.allclose(sizes, before, _CONVERGED, 0.0):
             break
     return _inverse(B * sizes @ B.T)

@@ -59,6 +59,7 @@ def default(seed: int) -> symgen.Estimate:
     return symgen.identify(arm()[0], short_log("train", 2, 4.0), validation=held)
 
 
+@pytest.mark.slow
 def test_a_short_log_does_not_extrapolate_and_the_reason_says_what_held_the_folds() -> None:
     found = default(52)
     assert found.method == "consistent"
