@@ -158,8 +158,9 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **more: A
     try:
         text = json.dumps({**given, **dict.fromkeys(more)})
         read = known.validate_json(text, strict=True)
-        joints = given.get("joints", more.get("joints"))
-        where = _unknown(given, as_json(read), None if joints is None else len(joints))
+        joints = more.get("joints", given.get("joints"))
+        count = len(joints) if isinstance(joints, list | tuple) else None
+        where = _unknown(given, as_json(read), count)
         what = "an unknown key, or a list of another number of joints"
     except ValidationError as error:
         first = error.errors()[0]

@@ -26,7 +26,8 @@ def in_torque_scale(
 
     The file states two sizes: the torque of its masses at rest in the poses of the logs, and its
     torque limits. Torques far above the first alone give a note. Revolute and prismatic joints are
-    compared separately, by the RMS over all joints of a type.
+    compared separately, by the RMS over all joints of a type. A log in which one joint alone makes
+    this RMS large gives a note.
 
     Args:
         opened: a dataclass with the logs of a run, `train` and `held`.
@@ -42,22 +43,24 @@ def in_torque_scale(
         return opened
     logs = *opened.train, *opened.held
     believed = roles_with_unit(reading or Reading()) & {"tau", "i"}
-    stated = (robot.limits and robot.limits.torque) or [np.inf] * robot.n
+    stated = np.array((robot.limits and robot.limits.torque) or [np.inf] * robot.n)
     currents = robot.drive is not None and robot.drive.torque_constant is not None
     role, units = ("i", ("A", "A")) if currents else ("tau", ("Nm", "N"))
     poses = np.concatenate([s.q for s in logs])
     at_rest = rms(torque_at(evaluator, X, poses, 0 * poses, 0 * poses))
     out = []
     for s in logs:
-        sizes = rms(s.tau), at_rest, np.array(stated)
+        torques = rms(s.tau)
         for kind, unit in enumerate(units):
             joints = np.flatnonzero(np.equal(robot.sigma, kind))
-            torque, weight, limit = (float(np.linalg.norm(x[joints])) for x in sizes)
+            torque, weight, limit = (_size(x[joints]) for x in (torques, at_rest, stated))
             if not torque > SCALE * weight > SCALE * HEAVY:
                 continue
             what = f"{s.name}: the RMS torque of {robot.listed(joints)} is {torque / weight:.0f} "
             what += "times that of the masses in the robot file at rest"
-            if torque > SCALE * limit and not believed:
+            rest = [np.delete(joints, k) for k in range(len(joints))]
+            by_one = any(0 < _size(torques[k]) <= SCALE * _size(at_rest[k]) for k in rest)
+            if torque > SCALE * limit and not (believed or by_one):
                 columns = [role] if len(joints) == robot.n else [f"{role}{j + 1}" for j in joints]
                 typed = ",".join(f"{column}=m{unit}" for column in columns)
                 how = f"--unit {typed}; --unit {typed.replace('=m', '=')} if the file is wrong"
@@ -66,3 +69,7 @@ def in_torque_scale(
         out.append(s)
     count = len(opened.train)
     return replace(opened, train=out[:count], held=out[count:])
+
+
+def _size(x: FloatArray) -> float:
+    return float(np.linalg.norm(x))

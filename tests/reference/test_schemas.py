@@ -140,6 +140,8 @@ DAMAGED = [
     ("simulation-1", "files", [], "no horizons"),
     ("simulation-1", "files.1.horizons", [_horizon(0.2)], "other times"),
     ("study-1", "results.0.parameters.0.std", -1.0, "std"),
+    ("study-1", "joints", 5, "an unknown key"),
+    ("diagnosis-1", "joints", 5, "an unknown key"),
     ("diagnosis-1", "gap.before.per_joint", [0.1] * 3, "another number of joints"),
 ]
 

@@ -121,6 +121,11 @@ def test_one_bound_alone_is_a_note(arm) -> None:
         assert "times that of the masses" not in noted[name], name
 
 
+def test_one_joint_alone_is_a_note(arm) -> None:
+    log = written(Path("log.csv"), np.array([1.0, 1e3]))
+    assert "times that of the masses" in " ".join(symgen.predict(arm, log, arm).notes)
+
+
 def test_forces_of_a_rail_and_torques_are_compared_apart(command, arm) -> None:
     arm.write_text(urdf(rail=True))
     code, _, err = identified(command, arm, written(Path("log.csv"), 1.0, rail=1e3))
