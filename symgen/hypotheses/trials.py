@@ -122,6 +122,8 @@ def exact_gravity(stage: Stage, gravity: FloatArray) -> Change:
         gravity = gravity + inverse @ (free.T @ rows.whitened_residual.ravel()) @ fields
         gravity = gravity * (size / np.linalg.norm(gravity))
     std = np.sqrt(TEMPERATURE * np.diag(fields.T @ inverse @ fields))
+    hidden = np.linalg.norm(fields.T @ (np.eye(3) - inverse @ (free.T @ free)), axis=1)
+    std[hidden > np.sqrt(SINGULAR) * size] = np.nan  # torque does not depend on this component
     return another_gravity(problem.robot, gravity, std.tolist())
 
 
