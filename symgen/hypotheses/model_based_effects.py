@@ -94,18 +94,22 @@ def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) 
 def _tilts(robot: Robot, fixed: bool) -> Iterator[Candidate]:
     """Yield a small tilt of the base about the two axes of frame 0 most normal to gravity.
 
-    The base turns by beta, so gravity turns by -beta in frame 0: dg = -beta x g. A robot with an
-    IMU has no such candidate, because the IMU measures its tilt.
+    The base turns by beta, so gravity turns by -beta in frame 0: dg = -beta x g. With fixed
+    parameters, torque is linear in gravity, so the three components of dg describe any tilt. A
+    robot with an IMU has no such candidate, because the IMU measures its tilt.
     """
     if robot.imu:
         return
     v = variation(robot)
     units = v.units
-    turned = {}
-    for axis in sorted(np.argsort(np.abs(v.gravity), kind="stable")[:2]):
-        other = -np.cross(np.eye(3)[axis], v.gravity)
-        if np.abs(_random(v, units, other)).max() > SINGULAR:  # it acts on some link
-            turned[f"T{'XYZ'[axis]}"] = other
+    axes = np.eye(3)
+    normal = sorted(np.argsort(np.abs(v.gravity), kind="stable")[:2])
+    changes = {f"T{'XYZ'[k]}": -np.cross(axes[k], v.gravity) for k in normal}
+    if fixed:
+        changes = {f"dg{axis}": g for axis, g in zip("xyz", axes, strict=True)}
+    turned = {  # those that act on some link
+        name: g for name, g in changes.items() if np.abs(_random(v, units, g)).max() > SINGULAR
+    }
     if not turned:
         return
     fields = [*turned.values()]
@@ -120,9 +124,8 @@ def _tilts(robot: Robot, fixed: bool) -> Iterator[Candidate]:
             along.append(np.sum(parts, axis=0))
         return everywhere(np.stack(along, axis=-1))
 
-    coefficients = tuple((name, "rad") for name in turned)
+    coefficients = tuple((name, "m/s2" if fixed else "rad") for name in turned)
     tilt = _of_links("base_tilt", (), columns, [1.0] * len(turned), coefficients)
-    # With fixed parameters, the columns stay in the model.
     yield replace(tilt, size=len(turned) + len(hidden), first_order=not fixed)
 
 

@@ -62,11 +62,9 @@ class Positive:
         Raises:
             LinAlgError: a matrix is not positive definite.
         """
-        K, d, _, n = self.E.shape
         root = np.linalg.inv(np.linalg.cholesky(self.E @ y + self.f))
-        half = (root @ self.E.reshape(K, d, d * n)).reshape(K, d, d, n)
-        turned = half.swapaxes(1, 2).reshape(K, d, d * n)
-        return np.asarray((root @ turned).reshape(K, d, d, n))
+        half = np.einsum("kab,kbcn->kacn", root, self.E)
+        return np.asarray(np.einsum("kdc,kacn->kadn", root, half))
 
 
 class Minimum(NamedTuple):

@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oracles.arm import sines
+from oracles.arm import HANGING, IN_PLANE, sines
+from oracles.planar2r import robot_toml
 from stored_logs import made, stored
 from sympy import Rational, pi
 
@@ -329,3 +330,27 @@ def test_a_rail_that_is_tilted_by_a_degree_is_no_offset_and_tells_rotor_from_mas
     values = {p.name: p.value for p in found.parameters}
     assert values["M1R"] == pytest.approx(30.0, rel=0.1)
     assert values["IA1"] == pytest.approx(12.0, rel=0.25)
+
+
+def in_plane(name: str, seed: int, degrees: float) -> symgen.Log:
+    """A log of an arm in a vertical plane, whose base is turned about the axes of its joints."""
+    rng, t = np.random.default_rng(seed), np.arange(0, 12, 0.01)
+    motion = sines(t, [[0.8, 0.6], [0.3, 0.4]], [[1.1, 1.7], [2.9, 4.3]], rng.uniform(0, 6, (2, 2)))
+    t, q, tau, qd = HANGING.recorded(t, motion, rng)
+    return symgen.make_log(name, t, q - [np.radians(degrees), 0.0], tau, qd)
+
+
+def test_a_tilt_is_exact_with_the_parameters_of_the_level_robot(tmp_path) -> None:
+    robot = symgen.parse_robot(robot_toml("arm", gravity=IN_PLANE))
+    symgen.write(
+        symgen.identify(robot, in_plane("level", 1, 0.0), model="torque"), tmp_path / "level"
+    )
+    tilted = in_plane("tilted", 2, 20.0)
+    known = tmp_path / "level"
+    found = symgen.diagnose(robot, tilted, parameters=known, effects=["base_tilt"])
+    (tilt,) = found.effects
+    change = np.array([p.value for p in tilt.parameters])
+    assert [p.name for p in tilt.parameters] == ["dgx", "dgy"]
+    angle = np.radians(20.0)  # the noise of a torque is 1 %, and 100 rows are independent
+    assert change == pytest.approx(-9.81 * np.array([np.sin(angle), np.cos(angle) - 1]), abs=0.06)
+    assert found.after.total < 1.2 * found.floor.total
