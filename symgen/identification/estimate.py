@@ -228,6 +228,11 @@ class Estimate(Viewable):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "possible", self.physical.possible)
+        count = len({p.name for p in self.parameters})
+        if not 0 < count == len(self.parameters) or self.correlation.size not in (0, count**2):
+            raise ValueError(
+                "parameters are missing, or there twice, or correlation has another size"
+            )
 
     def __repr__(self) -> str:
         """Return robot, model, method and verdict."""
@@ -284,23 +289,8 @@ def read_estimate(path: str | Path) -> Estimate:
             "symgen identify, for a diagnosis that of the line next: which it printed"
         )
     estimate = read_result(Estimate, file, *READ)
-    wrong = _torn(estimate)
-    if wrong:
-        raise ParameterError(
-            f"{file}: damaged at {wrong}; accepted: schema {SCHEMA} as identify writes it"
-        )
     torque = estimate.torque_validation and estimate.torque_validation.per_joint
     unnamed = tuple(JointLabel(j, "N m or N") for j in range(1, len(torque or ()) + 1))
     joints = estimate.joints or unnamed
     traces = read_traces(file.with_name(FILE), len(joints))
     return replace(estimate, joints=joints, traces=traces)
-
-
-def _torn(e: Estimate) -> str:
-    """Return which part of an estimate contradicts the others, or ""."""
-    names = {p.name for p in e.parameters}
-    if len(names) < len(e.parameters) or not names:
-        return "parameters: some are missing, or there twice"
-    if e.correlation.size and e.correlation.shape != (len(names), len(names)):
-        return "correlation: it has another size"
-    return ""

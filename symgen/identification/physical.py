@@ -122,7 +122,7 @@ def link_parameters(
             L = problem.axes(covariance)
     elif fault := problem.fault()[0]:
         raise ParameterError(
-            f"{model.robot.name}: no link parameters give these base parameters: {fault}; "
+            f"{model.robot.name}: no link parameters of these base parameters are known: {fault}; "
             "accepted: nearest=covariance of X, for the nearest possible values"
         )
     s, X1 = _closest(problem, prior, L)

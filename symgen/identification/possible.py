@@ -226,7 +226,6 @@ class Constraints:
         sizes = np.abs(X if like is None else like)[: base.inertial]
         mass = float(np.max(sizes / scale[inertial], initial=0.0))
         scale = scale * (mass or 1.0)
-        # The solver fails on some robots with six joints if X = G s is a separate equation.
         onto = np.eye(n)[:, free]
         onto[heads] = -G[:, free] * scale[free] / scale[heads, None]
         at = np.zeros(n)
