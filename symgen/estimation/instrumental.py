@@ -205,7 +205,8 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> Endogeneity 
     meat = sum_of_scores(augmented, parts, even, X)
     covariance = sandwich(inverse_information(scale, R), meat, parts)[p:, p:]
     count = int(np.linalg.matrix_rank(covariance, hermitian=True))
-    size = X[p:] @ np.linalg.pinv(covariance, hermitian=True) @ X[p:]
+    rounding = extra * np.finfo(float).eps  # as in the rank
+    size = X[p:] @ np.linalg.pinv(covariance, rounding, hermitian=True) @ X[p:]
     statistic = float(size) / count
     return Endogeneity("all", statistic, (count, freedom), _f_tail(statistic, count, freedom))
 

@@ -79,7 +79,9 @@ def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
             # The opposite gravity carries the same weight if all first moments change their sign.
             nearest = np.array(best.change.gravity)
             both = [exact_gravity(alone, g) for g in (nearest, -nearest)]
-            for change in both:  # an axis is exact, and the nearer one is right, unless it is sure
+            # A turned gravity must beat an axis by SURE, and by twice that if it points away from
+            # the gravity of the file.
+            for change in both:
                 against = np.dot(change.gravity or (), variation(piece.robot).gravity) < 0
                 fit = _fit_of_motion(alone, change)
                 fits.append(fit._replace(score=fit.score - SURE * (1 + against)))

@@ -48,8 +48,11 @@ _MARGIN = 1e-7
 #: Upper limit of the margin that `Constraints.margin` maximises.
 _ENOUGH = 1e-3
 #: Largest trace of a pseudo-inertia, in the robot's units: in the nearest possible parameters, and
-#: of links that give X. The units of both differ by at most _ALIKE, within a number of searches.
-_LARGEST, _LIMIT, _ALIKE, _SEARCHES = 300.0, 1e3, 3.0, 5
+#: of links that give X.
+_LARGEST, _LIMIT = 300.0, 1e3
+#: The search for the nearest robot starts again in the units of its result if these differ by more
+#: than this factor. The second number is the largest number of searches.
+_ALIKE, _SEARCHES = 3.0, 5
 #: A negative value of this size, in the robot's units, is a rounding error.
 _ROUNDING = 1e-12
 #: Smallest share of a link in the violated constraints for which a message names it.
