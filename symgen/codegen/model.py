@@ -42,6 +42,10 @@ class Model:
         count = len(self.base.parameters)
         return f"<Model {self.robot.name}: {self.robot.n} joints, {count} base parameters>"
 
+    def __reduce__(self) -> tuple[Callable[..., Model], tuple[Robot, tuple[str, ...]]]:
+        """Pickle the robot and the names of its kernels; unpickling derives or finds them again."""
+        return derive, (self.robot, tuple(k.name for k in self.kernels))
+
     def _repr_html_(self) -> str:
         return self.base._repr_html_()
 

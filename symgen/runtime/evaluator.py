@@ -58,10 +58,16 @@ class KernelFunction(ABC):
     Attributes:
         kernel: the kernel.
         robot: robot of the kernel.
+        backend: "c" or "casadi".
     """
 
     kernel: Kernel
     robot: Robot
+    backend: str
+
+    def __reduce__(self) -> tuple[Callable[..., KernelFunction], tuple[Robot, str, str]]:
+        """Pickle the robot and the name; unpickling compiles or finds the compiled module."""
+        return _loaded_kernel, (self.robot, self.kernel.name, _elsewhere(self.backend))
 
     def __call__(self, *inputs: ArrayLike, **named: ArrayLike) -> Any:
         """Evaluate one sample, inputs (n,), or a batch, inputs (N, n); all samples share X.
@@ -126,6 +132,10 @@ class Evaluator(Viewable, KernelMethods):
         count, by = len(self._functions), "compiled C" if self.backend == "c" else "CasADi"
         return f"<Evaluator of {self.model.robot.name}: {count} kernels by {by}>"
 
+    def __reduce__(self) -> tuple[Callable[[Model], Evaluator], tuple[Model]]:
+        """Pickle the model; the process that unpickles it compiles or finds the compiled module."""
+        return partial(load, backend=_elsewhere(self.backend)), (self.model,)
+
     def has(self, name: str) -> bool:
         """Return whether the model was derived with this kernel."""
         return name in self._functions
@@ -179,7 +189,17 @@ def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluat
                 raise
             _say_once(f"{error}; CasADi evaluates the model instead, which is slower")
     built = casadi_functions(model.robot.name, model.robot, model.kernels)
-    return Evaluator(model, [_CasadiKernel(k, built[k.name]()) for k in model.kernels], "casadi")
+    functions = [_CasadiKernel(k, model.robot, built[k.name]()) for k in model.kernels]
+    return Evaluator(model, functions, "casadi")
+
+
+def _elsewhere(backend: str) -> str:
+    """Return the backend for another process, whose machine may have no C compiler."""
+    return "auto" if backend == "c" else backend
+
+
+def _loaded_kernel(robot: Robot, name: str, backend: str) -> KernelFunction:
+    return load(derive(robot, (name,)), backend=backend)[name]
 
 
 @cache
@@ -197,11 +217,14 @@ def _compiled(model: Model, compiler: Compiler) -> Evaluator:
 
 
 class _CKernel(KernelFunction):
+    backend = "c"
+
     def __init__(
         self, kernel: Kernel, model: Model, module: ModuleType, compiler: Compiler
     ) -> None:
         name = model.robot.name
         self.kernel = kernel
+        self.robot = model.robot
         self._origin = (model, compiler)
         self._ffi = module.ffi
         self._one: Any = getattr(module.lib, f"{name}_{kernel.name}")
@@ -240,8 +263,11 @@ class _CKernel(KernelFunction):
 
 
 class _CasadiKernel(KernelFunction):
-    def __init__(self, kernel: Kernel, function: Any) -> None:
+    backend = "casadi"
+
+    def __init__(self, kernel: Kernel, robot: Robot, function: Any) -> None:
         self.kernel = kernel
+        self.robot = robot
         self._map = cache(function.map)  # at most _BLOCK of them, which are small
 
     def _bound(

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import pickle
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from pathlib import Path
 
@@ -113,6 +116,29 @@ def test_a_package_for_casadi_alone_does_not_describe_c():
     assert not [
         word for word in ("C99", "cmake", "MISRA", "```c", "scara_panels.h") if word in text
     ]
+
+
+# Pickled.
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_an_evaluator_and_its_model_can_be_pickled(backend):
+    evaluator = loaded("planar2r", backend)
+    again = pickle.loads(pickle.dumps(evaluator))
+    assert again.backend == backend
+    assert again.model == evaluator.model
+    for kernel in kernels(evaluator):
+        batch = points(evaluator, kernel, 3)
+        np.testing.assert_array_equal(again[kernel](*batch), evaluator[kernel](*batch))
+
+
+def test_a_spawned_process_takes_an_evaluator():
+    evaluator = loaded("planar2r", "c")
+    q, qd = [0.1, 0.2], [1.0, -1.0]
+    spawned = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+    with spawned as executor:
+        found = executor.submit(evaluator.energy_regressor, q, qd).result()
+    np.testing.assert_array_equal(found, evaluator.energy_regressor(q, qd))
 
 
 # Shapes.
