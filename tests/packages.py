@@ -114,7 +114,8 @@ def run(command: Sequence[str | Path], cwd: Path) -> str:
 
 def c_files(package: Path, check: bool = False) -> list[Path]:
     """The package's .c files, without its check program unless asked for."""
-    return [f for f in sorted(package.glob("*.c")) if check or not f.name.endswith("_check.c")]
+    programs = sorted(package.glob("check/*.c")) if check else []
+    return [*sorted(package.glob("*.c")), *programs]
 
 
 @cache

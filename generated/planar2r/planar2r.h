@@ -9,12 +9,18 @@
  * itself is known to 1.5e-11 rad only.
  * Arrays are row-major; outputs may not overlap inputs, nor each other.
  * The _batch forms take N samples and a leading sample axis on every array; X is shared, and a
- * status is the bitwise or of those of all samples. Statuses need NaN: do not use -ffast-math.
+ * status is the bitwise or of those of all samples. Statuses need NaN: functions
+ * with one do not compile with -ffast-math.
  */
 #ifndef planar2r_MODEL_H
 #define planar2r_MODEL_H
 
+#include <float.h>
 #include <stddef.h>
+
+#if DBL_MANT_DIG < 53
+#error "double has fewer than 53 bits on this target: generate the package with --dtype float"
+#endif
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,6 +2,10 @@
  * 72 mul, 35 add, 2 div, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
+
+#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)
+#error "the status of this file needs NaN: compile it without -ffast-math and -ffinite-math-only"
+#endif
 #include "planar2r_math.h"
 
 int planar2r_forward_dynamics_derivatives(const double q[2], const double qd[2], const double tau[2], const double X[4], double dq_out[4], double dqd_out[4], double dtau_out[4])

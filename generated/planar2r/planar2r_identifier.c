@@ -1,5 +1,9 @@
 #include "planar2r_identifier.h"
 
+#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)
+#error "the status of this file needs NaN: compile it without -ffast-math and -ffinite-math-only"
+#endif
+
 #include <float.h>
 #include <limits.h>
 #include <math.h>

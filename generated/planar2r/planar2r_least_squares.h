@@ -19,8 +19,8 @@
  * Lai and Bernstein, SIFt-RLS: subspace of information forgetting recursive least squares, 2024.
  *
  * No allocation and no static data: the caller owns every state. The work of an update, a merge
- * and a solution depends on the number of parameters only. Needs NaN and infinity: do not compile
- * with -ffast-math.
+ * and a solution depends on the number of parameters only. Needs NaN and infinity: it does not
+ * compile with -ffast-math.
  */
 #ifndef planar2r_LEAST_SQUARES_H
 #define planar2r_LEAST_SQUARES_H

@@ -3,6 +3,10 @@
  * 7 mul, 5 add, 1 div, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
+
+#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)
+#error "the status of this file needs NaN: compile it without -ffast-math and -ffinite-math-only"
+#endif
 #include "planar2r_math.h"
 
 int planar2r_mass_matrix_factor(const double q[2], const double X[4], double L_out[4], double D_out[2])

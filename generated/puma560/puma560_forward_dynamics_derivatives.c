@@ -2,6 +2,10 @@
  * 2337 mul, 1895 add, 6 div, 5 sincos, 6 other for one sample, as written here.
  */
 #include "puma560.h"
+
+#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)
+#error "the status of this file needs NaN: compile it without -ffast-math and -ffinite-math-only"
+#endif
 #include "puma560_math.h"
 
 int puma560_forward_dynamics_derivatives(const double q[6], const double qd[6], const double tau[6], const double X[52], double dq_out[36], double dqd_out[36], double dtau_out[36])

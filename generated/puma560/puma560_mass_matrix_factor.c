@@ -3,6 +3,10 @@
  * 210 mul, 175 add, 5 div, 5 sincos for one sample, as written here.
  */
 #include "puma560.h"
+
+#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)
+#error "the status of this file needs NaN: compile it without -ffast-math and -ffinite-math-only"
+#endif
 #include "puma560_math.h"
 
 int puma560_mass_matrix_factor(const double q[6], const double X[40], double L_out[36], double D_out[6])

@@ -2,6 +2,10 @@
  * 246 mul, 205 add, 6 div, 5 sincos for one sample, as written here.
  */
 #include "puma560.h"
+
+#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)
+#error "the status of this file needs NaN: compile it without -ffast-math and -ffinite-math-only"
+#endif
 #include "puma560_math.h"
 
 int puma560_solve_mass_matrix(const double q[6], const double b[6], const double X[40], double x[6])

@@ -1,7 +1,7 @@
 /* {{ name }}: every kernel at seeded points against values computed with {{ digits }} digits.
  * Exit status 0 when each agrees to {{ tolerance }} of its largest entry at any point.
  */
-#include "{{ name }}.h"
+#include "../{{ name }}.h"
 
 #include <math.h>
 #include <stdio.h>

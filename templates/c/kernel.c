@@ -2,6 +2,9 @@
  * {{ k.operations }} for one sample, as written here.
  */
 #include "{{ name }}.h"
+{% if k.guards %}
+{% include "nan.c" %}
+{% endif %}
 {% if k.needs_sincos %}
 #include "{{ name }}_math.h"
 {% endif %}

@@ -17,12 +17,22 @@
 {% endif %}
  * Arrays are row-major; outputs may not overlap inputs, nor each other.
  * The _batch forms take N samples and a leading sample axis on every array; X{{ " and g are" if gravity_input else " is" }} shared, and a
- * status is the bitwise or of those of all samples. Statuses need NaN: do not use -ffast-math.
+ * status is the bitwise or of those of all samples. Statuses need NaN: functions
+ * with one do not compile with -ffast-math.
  */
 #ifndef {{ name }}_MODEL_H
 #define {{ name }}_MODEL_H
 
+{% if dtype == "double" %}
+#include <float.h>
+{% endif %}
 #include <stddef.h>
+{% if dtype == "double" %}
+
+#if DBL_MANT_DIG < 53
+#error "double has fewer than 53 bits on this target: generate the package with --dtype float"
+#endif
+{% endif %}
 
 #ifdef __cplusplus
 extern "C" {

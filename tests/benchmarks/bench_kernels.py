@@ -229,7 +229,7 @@ def built(files: Mapping[str, bytes], folder: Path, compiler: str, word: str) ->
         if path.endswith(".c"):
             head = OUTPUT.sub(rf"double\1\2[{word} \3]", head)
         (folder / path).write_text(head + brace + body)
-    sources = [p.name for p in folder.glob("*.c") if not p.name.endswith("_check.c")]
+    sources = [p.name for p in folder.glob("*.c")]
     command = [compiler, *BUILD, "-march=native", *sources, "-o", "kernels.so", "-lm"]
     subprocess.run(command, cwd=folder, check=True)
     return ctypes.CDLL(str(folder / "kernels.so"))

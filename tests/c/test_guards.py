@@ -84,6 +84,7 @@ def test_a_prefix_names_every_file_and_symbol_and_the_package_checks(tmp_path) -
     done = CliRunner().invoke(cli, ["generate", "planar2r", *options, "--into", str(into)])
     assert done.exit_code == 0, done.output
     plain = {".symgen.sha256", "README.md", "CMakeLists.txt", "manifest.json", "robot.toml", "mex"}
+    plain.add("check")
     assert all(f.name.startswith("left_arm") for f in (into / "mex").iterdir())
     assert {f.name for f in into.iterdir() if not f.name.startswith("left_arm")} == plain
     assert "left_arm_jacobian(const double q[2]" in (into / "left_arm.h").read_text()
@@ -275,3 +276,28 @@ def test_limits_of_the_robot_file_are_constants(dtype, tmp_path) -> None:
     assert "VELOCITY" not in text
     free = symgen.derive(symgen.parse_robot(PLANE.format(length=0.5)), ("friction",))
     assert "plane_limits.h" not in symgen.generate(free, target="c", prefix="plane").files
+
+
+@pytest.mark.skipif(GCC is None, reason="gcc is not on this machine")
+def test_a_double_of_32_bits_is_refused_with_the_option(tmp_path) -> None:
+    folder = package(tmp_path / "plane", kernels=("jacobian",))
+    short = ["gcc", "-U__DBL_MANT_DIG__", "-D__DBL_MANT_DIG__=24", "-fsyntax-only"]
+    done = subprocess.run([*short, *c_files(folder)], capture_output=True, text=True)
+    assert done.returncode != 0
+    assert "--dtype float" in done.stderr
+    single = package(tmp_path / "planef", "float", kernels=("jacobian",))
+    run([*short, *c_files(single)], tmp_path)
+
+
+@needs_cc
+def test_functions_whose_status_needs_nan_refuse_fast_math(tmp_path) -> None:
+    kernels = ("energy_regressor", "friction_power", "forward_dynamics", "gravity_torque")
+    folder = package(tmp_path / "plane", kernels=kernels)
+    refusing = set()
+    for file in c_files(folder):
+        command = ["cc", "-ffast-math", "-fsyntax-only", file]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            assert "needs NaN" in done.stderr
+            refusing.add(file.stem.removeprefix("plane_"))
+    assert refusing == {"forward_dynamics", "identifier", "least_squares"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from pathlib import Path
@@ -85,3 +86,22 @@ def test_cmake_builds_the_examples_on_request_and_ctest_runs_all(complete, tmp_p
     assert {f.name for f in package.glob("*_controller.c")}.isdisjoint(
         f.name for f in c_files(package)
     )
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not on this machine")
+def test_the_package_is_optimised_and_the_users_targets_keep_their_build_type(complete, tmp_path):
+    shutil.copytree(complete("planar2r", "double"), tmp_path / "planar2r")
+    (tmp_path / "main.c").write_text(PROGRAM)
+    found = PROJECT.replace("find_package(planar2r REQUIRED)", "add_subdirectory(planar2r)")
+    (tmp_path / "CMakeLists.txt").write_text(found)
+    for build_type, optimised in ((None, "-O3"), ("Debug", "-g")):
+        build = f"build-{build_type}"
+        flags = ["-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", "-DCMAKE_C_COMPILER=gcc"]
+        flags += [f"-DCMAKE_BUILD_TYPE={build_type}"] if build_type else []
+        run(["cmake", "-S", ".", "-B", build, *flags], tmp_path)
+        commands = json.loads((tmp_path / build / "compile_commands.json").read_text())
+        for command in commands:
+            words = command["command"].split()
+            own = command["file"].endswith("main.c")
+            assert (optimised in words) == (build_type is not None or not own)
+            assert ("-ffp-contract=fast" in words) == (not own)

@@ -126,9 +126,9 @@ def test_every_header_stands_alone_in_cxx_and_keeps_c_linkage(case, packages, tm
 @needs_cc
 def test_bare_cc_builds_the_folder_and_its_check_passes(package, tmp_path):
     shutil.copytree(package, tmp_path / "copy")
-    sources = [f.name for f in c_files(package, check=True)]
-    run(["cc", *sources, "-lm", "-o", "check"], tmp_path / "copy")
-    printed = run([tmp_path / "copy" / "check"], tmp_path)
+    sources = c_files(tmp_path / "copy", check=True)
+    run(["cc", *sources, "-lm", "-o", "checked"], tmp_path)
+    printed = run([tmp_path / "checked"], tmp_path)
     assert "energy_regressor" in printed
 
 
@@ -142,8 +142,8 @@ def test_check_program_fails_on_a_spoiled_kernel(case, packages, tmp_path):
     spoiled = text.replace("0.5", "0.5001", 1)
     assert spoiled != text
     kernel.write_text(spoiled)
-    run(["cc", *[f.name for f in c_files(copy, check=True)], "-lm", "-o", "check"], copy)
-    assert subprocess.run([copy / "check"], capture_output=True).returncode == 1
+    run(["cc", *c_files(copy, check=True), "-lm", "-o", "checked"], copy)
+    assert subprocess.run([copy / "checked"], capture_output=True).returncode == 1
 
 
 @needs_cc
@@ -154,8 +154,8 @@ def test_check_program_fails_on_what_is_not_a_number(packages, tmp_path):
     kernel.write_text(
         re.sub(r"out\[1\] = .+;", "out[1] = 0.0 / (q[0] - q[0]);", kernel.read_text())
     )
-    run(["cc", *[f.name for f in c_files(copy, check=True)], "-lm", "-o", "check"], copy)
-    done = subprocess.run([copy / "check"], capture_output=True, text=True)
+    run(["cc", *c_files(copy, check=True), "-lm", "-o", "checked"], copy)
+    done = subprocess.run([copy / "checked"], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (1, "energy_regressor inf\n")
 
 
@@ -323,7 +323,7 @@ def test_lengths_named_as_variables_of_the_code_change_nothing(tmp_path):
     models = [symgen.derive(symgen.parse_robot(text(names))) for names in (HARMLESS, plain)]
     awkward, plainly = (symgen.generate(model, target="c") for model in models)
     # The check programs hold 50-digit values of the two: the names play no part in them.
-    assert awkward.files["arm_check.c"] == plainly.files["arm_check.c"]
+    assert awkward.files["check/arm_check.c"] == plainly.files["check/arm_check.c"]
     symgen.write_package(awkward, tmp_path / "arm")
     files = c_files(tmp_path / "arm", check=True)
     run(["cc", *STRICT, *files, "-lm", "-o", "check"], tmp_path)

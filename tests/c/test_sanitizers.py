@@ -293,8 +293,8 @@ def test_every_kernel_computes_its_values_under_the_sanitizers(
         pytest.skip(reason)
     folder = write(name, dtype, tmp_path / name, "all")
     flags = ["-std=c99", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-    run([str(CLANG), *flags, *c_files(folder, check=True), "-lm", "-o", "check"], folder)
-    run([folder / "check"], folder)
+    run([str(CLANG), *flags, *c_files(folder, check=True), "-lm", "-o", "checked"], folder)
+    run([folder / "checked"], folder)
 
 
 @pytest.mark.slow

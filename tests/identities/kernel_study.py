@@ -45,8 +45,8 @@ def against_digits(c: Case, dtype: str) -> Iterator[tuple[str, float]]:
     """Compile a package and its check; yield what that prints."""
     with tempfile.TemporaryDirectory() as folder:
         symgen.write_package(symgen.generate(c.model, target="c", dtype=dtype), folder)
-        sources = sorted(map(str, Path(folder).glob("*.c")))
-        program = str(Path(folder) / "check")
+        sources = sorted(map(str, Path(folder).rglob("*.c")))
+        program = str(Path(folder) / "checked")
         subprocess.run(["cc", "-O1", *sources, "-lm", "-o", program], check=True)
         printed = subprocess.run([program], check=False, capture_output=True, text=True).stdout
     for line in printed.splitlines():

@@ -175,5 +175,5 @@ def test_the_only_entry_of_a_kernel_may_be_near_zero_at_a_point(tmp_path) -> Non
     text = '[robot]\nname = "arm"\n[[joint]]\nfollows = "q2"\n[[joint]]\nd = 0.3\n'
     model = symgen.derive(symgen.parse_robot(text), ("coriolis", "mass_matrix"))
     symgen.write_package(symgen.generate(model, target="c"), tmp_path)
-    run(["cc", "-O0", *c_files(tmp_path, check=True), "-lm", "-o", "check"], tmp_path)
-    run([tmp_path / "check"], tmp_path)
+    run(["cc", "-O0", *c_files(tmp_path, check=True), "-lm", "-o", "checked"], tmp_path)
+    run([tmp_path / "checked"], tmp_path)

@@ -196,7 +196,7 @@ def _library(dtype: str, robot: str) -> tuple[ctypes.CDLL, str]:
     (folder / "feed.c").write_text(FEED.replace("NAME", tree.name))
     compiler = find_compiler()
     assert compiler is not None
-    sources = [p for p in (folder / "pair").glob("*.c") if not p.name.endswith("_check.c")]
+    sources = list((folder / "pair").glob("*.c"))
     command = [*compiler.command, "-std=c99", "-O2", "-shared", "-fPIC", f"-I{folder / 'pair'}",
                folder / "feed.c", *sources, "-lm", "-o", folder / "pair.so"]  # fmt: skip
     subprocess.run(command, check=True)

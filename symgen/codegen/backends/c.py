@@ -1,4 +1,7 @@
-"""C99: sources and headers of the functions, the check program, and the build files."""
+"""C99: sources and headers of the functions, the check program, and the build files.
+
+Every .c file of the folder itself belongs to the library; programs with a main are in subfolders.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +53,7 @@ def files(package: Package) -> dict[str, str]:
     verified = package.verified
     checked = [checked_kernel(name, k, verified, package.dtype) for k in package.kernels]
     tolerance = repr(TOLERANCE[package.dtype])
-    out[f"{name}_check.c"] = package.render(
+    out[f"check/{name}_check.c"] = package.render(
         "c/check.c", kernels=checked, digits=DIGITS, tolerance=tolerance
     )
     out["CMakeLists.txt"] = package.render(

@@ -1,4 +1,5 @@
 #include "NAME_identifier.h"
+{% include "nan.c" %}
 
 #include <float.h>
 #include <limits.h>

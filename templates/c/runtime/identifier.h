@@ -19,7 +19,7 @@
  * is not.
  *
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
- * malloc aligns it or as a double is. Do not compile with -ffast-math.
+ * malloc aligns it or as a double is. It does not compile with -ffast-math.
  *
  *     static union {
  *         NAME_identifier head;

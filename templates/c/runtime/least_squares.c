@@ -1,4 +1,5 @@
 #include "NAME_least_squares.h"
+{% include "nan.c" %}
 
 #include <float.h>
 #include <math.h>

@@ -1,7 +1,7 @@
 /* puma560: every kernel at seeded points against values computed with 50 digits.
  * Exit status 0 when each agrees to 1e-13 of its largest entry at any point.
  */
-#include "puma560.h"
+#include "../puma560.h"
 
 #include <math.h>
 #include <stdio.h>
