@@ -6,11 +6,13 @@ https://mujoco.readthedocs.io/en/stable/XMLreference.html
 
 A link frame has its origin at the anchor of the body's last joint, and the axes of the body frame.
 A body with several joints gets a link without mass for each joint but the last.
+
+Torques prove the import: those of the robot agree with those of MuJoCo, or the file is refused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
@@ -18,6 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from symgen import names
 from symgen.errors import ParameterError, RobotError, located, message_of, plain
@@ -29,6 +32,7 @@ from symgen.robot.effect import definitions
 from symgen.robot.exact_numbers import angle, context
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
+from symgen.robot.formats.mjcf_torques import unread
 from symgen.robot.formats.xml import parse_xml
 from symgen.robot.imported import Imported
 from symgen.robot.tables import Coupling
@@ -36,44 +40,52 @@ from symgen.robot.types import WITHOUT_MOTOR, Robot
 
 ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
-_ON_JOINTS = 1  # transmission types of MuJoCo up to this number act on joints
+_ON_JOINTS, _TENDON = (0, 1), 3  # transmission types of MuJoCo
 SPRING = "gravity_spring"
+#: Effects of springs and dampers with higher orders.
+CABLE, DRAG = "cable_torque", "nonlinear_viscous_friction"
+_SLIDE = 2  # types of joints of MuJoCo from this number on slide or turn about an axis
 _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 
 
 def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
     """Read an MJCF as a robot, with the inertias of its bodies as standard parameters.
 
-    armature becomes IA, damping becomes FV, and frictionloss becomes FS. A spring of a joint
-    becomes the effect gravity_spring, with an offset if it is not at rest at 0. A fixed tendon
-    between two joints becomes a coupling. Of actuators, only the limits of their forces are read.
+    armature becomes IA, damping becomes FV, and frictionloss becomes FS, with the shares of the
+    actuators of the joint and of the joints that follow it. Damping of higher order becomes the
+    effect nonlinear_viscous_friction. A spring becomes gravity_spring, or cable_torque if it has
+    higher orders, with an offset if it is not at rest at 0. A fixed tendon between two joints
+    becomes a coupling. The limits of forces are those of the joint and of its actuators.
 
     Args:
         text: the file's text.
         where: path of the file; MuJoCo reads it and the files that it includes.
 
     Raises:
-        RobotError: MuJoCo is not installed or refuses the file, or symgen cannot represent the
-            robot.
+        RobotError: MuJoCo is not installed or refuses the file, symgen cannot represent the robot,
+            or its torques are not those of MuJoCo.
     """
     with located(where):
         tree = MjcfTree(Path(where), text)
+        tree.require_open()
         chain = Chain(tree.urdf)
         found = chain.imported()
         with located("gravity"):
             gravity = tuple(map(_exact, tree.model.opt.gravity))
-        if not any(gravity):
+        if not any(gravity) or tree.is_off("GRAVITY"):
             raise RobotError("gravity is zero; accepted: the gravity that the robot works in")
     robot = replace(found.robot, gravity=gravity, couplings=tree.couplings(chain))
     values = [*found.parameters, *tree.coupled(chain)]
     offsets = {}
-    for name, (stiffness, rest) in tree.springs.items():
+    for name, effect, coefficients, constants in tree.effects():
         joint = robot.joint(chain.number[name])
-        spring = of_library(definitions()[SPRING], joint.number, joint.sigma, {}, {})
-        robot = replace(robot, effects=(*robot.effects, spring))
-        values.append((spring.linear[0][0], stiffness))
-        if rest:
-            offsets[joint.number] = -stiffness * rest
+        added = of_library(definitions()[effect], joint.number, joint.sigma, constants)
+        robot = replace(robot, effects=(*robot.effects, added))
+        named = (coefficient for coefficient, _ in robot.effects[-1].linear)
+        values += zip(named, coefficients, strict=True)
+    for name, spring in tree.springs.items():
+        if spring[0]:
+            offsets[chain.number[name]] = float(spring[0])
     joints = []
     for joint in robot.joints:
         if joint.number in offsets:
@@ -83,16 +95,17 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
         joints.append(replace(joint, **{key: getattr(joint, key) - zero}))
     values += [(f"OF{number}", torque) for number, torque in offsets.items()]
     robot = replace(robot, joints=tuple(joints))
-    notes, assumed = (
-        (*found.notes, *tree.notes),
-        (*found.assumed, *_without_motor(robot, tree.model)),
-    )
-    return replace(found, robot=robot, parameters=tuple(values), notes=notes, assumed=assumed)
+    assumed = (*found.assumed, *_without_motor(robot, tree.model))
+    read = replace(found, robot=robot, parameters=tuple(values), assumed=assumed)
+    with located(where):
+        missing = unread(read, tree.model, tree.read_tendons, rounded=bool(chain.snapped))
+        notes = (*found.notes, *tree.notes, *missing)
+    return replace(read, notes=notes)
 
 
 def _without_motor(robot: Robot, model: Any) -> Iterator[str]:
     """Yield a note on the joints without an actuator, if every actuator moves a joint."""
-    if (model.actuator_trntype > _ON_JOINTS).any():
+    if not np.isin(model.actuator_trntype, _ON_JOINTS).all():
         return
     moved = {model.joint(int(j)).name for j in model.actuator_trnid[:, 0]}
     still = [k for k, joint in enumerate(robot.movable) if joint.name not in moved]
@@ -103,14 +116,34 @@ def _without_motor(robot: Robot, model: Any) -> Iterator[str]:
         )
 
 
-class _Tendon(NamedTuple):
-    """A fixed tendon of length q_first + ratio q_second."""
+class Losses(NamedTuple):
+    """Losses of a joint: armature, damping v + square v|v| + cubic v^3, and Coulomb friction."""
 
-    name: str
-    ratio: float
     armature: float
     damping: float
+    square: float
+    cubic: float
     frictionloss: float
+
+
+#: Orders in which the losses grow with the ratio of a follower.
+_ORDERS = np.array([2, 2, 3, 4, 1])
+
+
+def _row(model: Any, name: str, k: Any, size: int = 2) -> list[float]:
+    """Return row k of an array of the model; zeros where MuJoCo is older than the array."""
+    array = getattr(model, name, None)
+    return [0.0] * size if array is None else np.ravel(array[k]).tolist()
+
+
+class _Tendon(NamedTuple):
+    """A fixed tendon of length q_first + ratio q_second, with the losses of its actuators."""
+
+    place: int
+    name: str
+    ratio: float
+    losses: Losses
+    added: Losses
 
 
 class MjcfTree:
@@ -121,7 +154,8 @@ class MjcfTree:
         root: root element of the text.
         urdf: the tree.
         shift: origin of each link frame in its body frame, (3,) m.
-        springs: stiffness, and position without torque, of the joints with a spring.
+        losses: of each joint with those of its actuators and followers, and `added`, these alone.
+        springs: torque of the springs of a joint, c0 + c1 q + c2 q^2 + c3 q^3, (4,).
         tendons: fixed tendon between two joints, by their names.
         mimics: joints that follow others: the leader, factor and offset, as in a URDF.
         zeros: positions of joints in the pose of the file (ref), rad or m.
@@ -131,28 +165,20 @@ class MjcfTree:
     def __init__(self, path: Path, text: str) -> None:
         self.notes: list[str] = []
         self._path, self.model = path, _compiled(path, self.notes)
+        m = self.model
         self.mimics = self._mimics()
         self.zeros: dict[str, float] = {}
         self.shift: dict[str, FloatArray] = {}
-        self.springs: dict[str, tuple[float, float]] = {}
+        self._joint_names = [m.joint(k).name or f"joint{k + 1}" for k in range(m.njnt)]
+        self.added, self.losses = self._losses()
+        self.springs = self._springs()
         self._links: dict[str, Inertial | None] = {}
         self._joints: dict[str, UrdfJoint] = {}
-        m = self.model
         self._body_names = [m.body(b).name or f"body{b}" for b in range(m.nbody)]
         for b, body in enumerate(self._body_names):
             with located(f"body {shortened(body)!r}"):
                 self._add(b)
         self.tendons = self._tendons()
-        if m.neq > len(self.mimics):
-            count = m.neq - len(self.mimics)
-            self.notes.append(f"{count} equality constraints of the file are not read")
-        if m.body_gravcomp.any():
-            self.notes.append("the gravity compensation of bodies (gravcomp) is not read")
-        if m.ntendon > len(self.tendons):
-            self.notes.append(
-                f"{m.ntendon - len(self.tendons)} tendons of the file are not read: they are no "
-                "drives of two joints"
-            )
         self.root = parse_xml(text)
         title = self.root.attributes.get("model", "") or path.stem
         self.urdf = Urdf(title, self._body_names[0], self._links, self._joints, computed=True)
@@ -211,7 +237,7 @@ class MjcfTree:
 
     def _joint(self, k: int, parent: str, child: str, xyz: FloatArray, rpy: Triple) -> UrdfJoint:
         m = self.model
-        name = m.joint(k).name or f"joint{k + 1}"
+        name = self._joint_names[k]
         kind = ("free", "ball", "slide", "hinge")[int(m.jnt_type[k])]
         self.zeros[name] = float(m.qpos0[m.jnt_qposadr[k]])
         with located(f"joint {shortened(name)!r}"):
@@ -225,24 +251,165 @@ class MjcfTree:
         if m.jnt_limited[k]:
             limit["lower"], limit["upper"] = map(float, m.jnt_range[k])
         forces = np.abs(m.actuator_forcerange).max(axis=1) * m.actuator_forcelimited
-        on = (m.actuator_trntype <= _ON_JOINTS) & (m.actuator_trnid[:, 0] == k)
+        on = np.isin(m.actuator_trntype, _ON_JOINTS) & (m.actuator_trnid[:, 0] == k)
         of_actuators = np.abs(m.actuator_gear[on, 0]) @ forces[on] * forces[on].all()
         of_joint = np.abs(m.jnt_actfrcrange[k]).max() * m.jnt_actfrclimited[k]
         if efforts := [float(effort) for effort in (of_actuators, of_joint) if effort]:
             limit["effort"] = min(efforts)
-        dof = int(m.jnt_dofadr[k])
-        stiffness = float(m.jnt_stiffness[k].flat[0])
-        if stiffness and name not in self.mimics:
-            self.springs[name] = stiffness, float(m.qpos_spring[m.jnt_qposadr[k]])
-        damping = float(m.dof_damping[dof].flat[0])
-        friction, armature = float(m.dof_frictionloss[dof]), float(m.dof_armature[dof])
-        for key, loss in (("damping", damping), ("frictionloss", friction), ("armature", armature)):
+        losses = self.losses[name]
+        for key, loss in zip(Losses._fields, losses, strict=True):
             with located(f"joint {shortened(name)!r}, {key}"):
                 _exact(loss)
         return UrdfJoint(
             name, _SIGMA[kind], parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit,
-            damping, friction, armature, self.mimics.get(name),
+            losses.damping, losses.frictionloss, losses.armature, self.mimics.get(name),
         )  # fmt: skip
+
+    def is_off(self, flag: str) -> bool:
+        """Return whether <flag> of the file disables a part of the physics: GRAVITY, SPRING, ..."""
+        import mujoco
+
+        bit = getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}")
+        return bool(self.model.opt.disableflags & int(bit))
+
+    def _losses(self) -> tuple[dict[str, Losses], dict[str, Losses]]:
+        """Return the losses that actuators and followers add to each joint, and all of the joint.
+
+        An actuator of gear g adds g^2 times its armature and damping. A follower q = c q_leader + d
+        adds its losses times |c|^2, |c| for Coulomb friction, and one order of |c| more for each
+        order of damping.
+        """
+        m = self.model
+        own = np.zeros((m.njnt, len(Losses._fields)))
+        for k in np.flatnonzero(m.jnt_type >= _SLIDE):
+            dof = int(m.jnt_dofadr[k])
+            higher = _row(m, "dof_dampingpoly", dof)
+            own[k] = m.dof_armature[dof], m.dof_damping[dof], *higher, m.dof_frictionloss[dof]
+        added = self._actuators(np.arange(m.njnt), _ON_JOINTS)
+        place = {name: k for k, name in enumerate(self._joint_names)}
+        total = own + added
+        for follower in self.mimics:
+            leader, factor, _ = self._followed(follower)
+            added[place[leader]] += abs(factor) ** _ORDERS * total[place[follower]]
+        more, every = ((self._used * x).tolist() for x in (added, own + added))
+        names_of = self._joint_names
+        return (
+            {name: Losses(*row) for name, row in zip(names_of, more, strict=True)},
+            {name: Losses(*row) for name, row in zip(names_of, every, strict=True)},
+        )
+
+    @property
+    def _used(self) -> FloatArray:
+        """1 for the losses that the flags of the file leave on, 0 for the others."""
+        damps = not self.is_off("DAMPER")
+        rubs = not (self.is_off("FRICTIONLOSS") or self.is_off("CONSTRAINT"))
+        return np.array([1, damps, damps, damps, rubs], dtype=float)
+
+    def _actuators(self, places: NDArray[np.intp], kinds: Sequence[int]) -> FloatArray:
+        """Return the losses that actuators add to some joints or tendons: g^2 times their own.
+
+        Args:
+            places: indices of the joints or tendons.
+            kinds: types of transmissions that act on them.
+        """
+        m = self.model
+        out = np.zeros((len(places), len(Losses._fields)))
+        for k in np.flatnonzero(np.isin(m.actuator_trntype, kinds)):
+            (armature,), (damping,) = (
+                _row(m, f"actuator_{key}", k, 1) for key in ("armature", "damping")
+            )
+            higher = _row(m, "actuator_dampingpoly", k)
+            gear = float(m.actuator_gear[k, 0])
+            own: FloatArray = np.array([armature, damping, *higher, 0.0])
+            out[places == m.actuator_trnid[k, 0]] += gear**2 * own
+        return out
+
+    def _followed(self, joint: str) -> tuple[str, float, float]:
+        """Return the joint that a follower ends at, with q = factor q_leader + offset."""
+        factor, offset = 1.0, 0.0
+        while joint in self.mimics:
+            joint, c, d = self.mimics[joint]
+            offset += factor * float(d)
+            factor *= float(c)
+        return joint, factor, offset
+
+    def _springs(self) -> dict[str, FloatArray]:
+        """Return the torque of the springs of each joint with some: c0 + c1 q + c2 q^2 + c3 q^3.
+
+        A joint has its own spring k1 x + k2 x^2 + k3 x^3, x = q - springref, and, with the torque
+        times the factor, those of its followers.
+        """
+        m, out = self.model, dict[str, FloatArray]()
+        for k in () if self.is_off("SPRING") else np.flatnonzero(m.jnt_type >= _SLIDE):
+            own = [0.0, float(m.jnt_stiffness[k]), *_row(m, "jnt_stiffnesspoly", k)]
+            leader, factor, offset = self._followed(self._joint_names[k])
+            rest = float(m.qpos_spring[m.jnt_qposadr[k]])
+            if any(own):
+                stretch = np.polynomial.Polynomial([offset - rest, factor])
+                torque = (factor * np.polynomial.Polynomial(own)(stretch)).coef
+                spring: FloatArray = np.zeros(len(own))
+                spring[: len(torque)] = torque
+                out[leader] = out.get(leader, 0.0) + spring
+        return out
+
+    def effects(self) -> Iterator[tuple[str, str, list[float], dict[str, sp.Expr]]]:
+        """Yield joint, name, coefficients and constants of the effects of the library."""
+        for name, spring in self.springs.items():
+            effect = CABLE if any(spring[2:]) else SPRING
+            yield name, effect, spring[1 : 4 if effect == CABLE else 2].tolist(), {}
+        for name, losses in self.losses.items():
+            for order, value in ((2, losses.square), (3, losses.cubic)):
+                if value and name not in self.mimics:
+                    yield name, DRAG, [value], {"p": sp.Integer(order)}
+
+    def require_open(self) -> None:
+        """Refuse constraints between links or joints that symgen does not read.
+
+        Raises:
+            RobotError: there is such a constraint.
+        """
+        import mujoco
+
+        m = self.model
+        names_of = {int(getattr(mujoco.mjtEq, key)): key.removeprefix("mjEQ_").lower()
+                    for key in dir(mujoco.mjtEq) if key.startswith("mjEQ_")}  # fmt: skip
+        followers = {self._joint_names.index(name) for name in self.mimics}
+        for k in np.flatnonzero(m.eq_active0):
+            kind = names_of[int(m.eq_type[k])]
+            ends = int(m.eq_obj1id[k]), int(m.eq_obj2id[k])
+            if kind == "joint" and ends[0] in followers:
+                continue
+            if kind in ("connect", "weld") and not self._on_robot(k):
+                continue
+            title = m.equality(int(k)).name
+            named = f" {shortened(title)!r}" if title else ""
+            what = "joints in proportion (polycoef of two numbers), or --fix JOINT=VALUE"
+            if kind != "joint":
+                what = "an open tree, or a robot.toml with [[loop]] for a parallelogram"
+            raise RobotError(f"the {kind} equality{named} is not read; accepted: {what}")
+
+    def _on_robot(self, k: Any) -> bool:
+        """Return whether an equality joins two links, one of them moved by a joint.
+
+        A body that follows a mocap body in the scene, or that is free, is no link.
+        """
+        import mujoco
+
+        m, ends = self.model, list[int]()
+        on_sites = m.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE
+        for end in (int(m.eq_obj1id[k]), int(m.eq_obj2id[k])):
+            ends.append(int(m.site_bodyid[end]) if on_sites else end)
+        if (m.body_mocapid[ends] >= 0).any():
+            return False
+        return any(m.jnt_type[j] >= _SLIDE for end in ends for j in self._above(end))
+
+    def _above(self, body: int) -> Iterator[int]:
+        """Yield the joints that move a body."""
+        m = self.model
+        while body:
+            first = int(m.body_jntadr[body])
+            yield from range(first, first + int(m.body_jntnum[body]))
+            body = int(m.body_parentid[body])
 
     def _tendons(self) -> dict[tuple[str, str], _Tendon]:
         """Return the fixed tendons between two joints; the first has the coefficient 1."""
@@ -252,17 +419,23 @@ class MjcfTree:
         for k in range(m.ntendon):
             first, count = int(m.tendon_adr[k]), int(m.tendon_num[k])
             fixed = all(m.wrap_type[first + i] == mujoco.mjtWrap.mjWRAP_JOINT for i in range(count))
-            if not fixed or count != 2 or m.wrap_prm[first] != 1 or m.tendon_stiffness[k].any():
+            springs = m.tendon_stiffness[k].any() or any(_row(m, "tendon_stiffnesspoly", k))
+            if not fixed or count != 2 or m.wrap_prm[first] != 1 or springs:
                 continue
             one, two = (m.joint(int(m.wrap_objid[first + i])).name for i in range(2))
-            losses = (
-                float(np.ravel(getattr(m, f"tendon_{key}")[k])[0])
-                for key in ("armature", "damping", "frictionloss")
-            )
-            if one and two and not self.mimics.keys() & {one, two}:
-                ratio = float(m.wrap_prm[first + 1])
-                out[one, two] = _Tendon(m.tendon(k).name, ratio, *losses)
+            higher = _row(m, "tendon_dampingpoly", k)
+            own = m.tendon_armature[k], m.tendon_damping[k], *higher, m.tendon_frictionloss[k]
+            added = self._used * self._actuators(np.array([k]), (_TENDON,))[0]
+            losses = added + self._used * np.array(own)
+            if one and two and not self.mimics.keys() & {one, two} and not losses[2:4].any():
+                about = k, m.tendon(k).name, float(m.wrap_prm[first + 1])
+                out[one, two] = _Tendon(*about, *(Losses(*x.tolist()) for x in (losses, added)))
         return out
+
+    @property
+    def read_tendons(self) -> list[int]:
+        """Indices of the tendons that become couplings."""
+        return [tendon.place for tendon in self.tendons.values()]
 
     def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
         """Return the tendons as couplings, with joint numbers."""
@@ -275,9 +448,9 @@ class MjcfTree:
         """Yield the parameters of the couplings."""
         for (_, two), tendon in self.tendons.items():
             number = chain.number[two]
-            yield f"IAM{number}", tendon.armature
-            yield f"FVM{number}", tendon.damping
-            yield f"FSM{number}", tendon.frictionloss
+            yield f"IAM{number}", tendon.losses.armature
+            yield f"FVM{number}", tendon.losses.damping
+            yield f"FSM{number}", tendon.losses.frictionloss
 
     def require_weight_on_motors(self) -> None:
         """Refuse bodies whose weight MuJoCo compensates without the actuators.

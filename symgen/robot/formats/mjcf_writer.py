@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from symgen.errors import ParameterError, located, plain
 from symgen.robot.body import Body, CouplingDynamics, Dynamics, JointDynamics
 from symgen.robot.formats.chain import Chain
-from symgen.robot.formats.mjcf import ACCEPTED, MjcfTree
+from symgen.robot.formats.mjcf import ACCEPTED, Losses, MjcfTree
 from symgen.robot.formats.urdf import (
     CAVEAT,
     inertial_edit,
@@ -23,6 +24,7 @@ from symgen.robot.formats.urdf import (
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, with_attributes
 from symgen.robot.imported import read_text
 
+Drive = TypeVar("Drive", JointDynamics, CouplingDynamics)
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
 
@@ -61,18 +63,38 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
             at = _named(joints, "joint", name)
             angle = tree.degrees if tree.urdf.joints[name].turns else 1.0
             has_spring = bool(joint.stiffness) or name in tree.springs
-            edits.append(with_attributes(content, at, _attributes(joint, angle, has_spring)))
+            own = _without(joint, tree.added[name], f"joint {plain(name)!r}")
+            edits.append(with_attributes(content, at, _attributes(own, angle, has_spring)))
         for pair in dynamics.couplings:
             one, two = (joint_name(chain, number) for number in (pair.first, pair.second))
             if (one, two) in tree.tendons:
-                name = tree.tendons[one, two].name
-                at = _named(_by_name(tree.root, "tendon"), "tendon", name)
-                edits.append(with_attributes(content, at, _losses(pair)))
+                tendon = tree.tendons[one, two]
+                at = _named(_by_name(tree.root, "tendon"), "tendon", tendon.name)
+                own_pair = _without(pair, tendon.added, f"tendon {plain(tendon.name)!r}")
+                edits.append(with_attributes(content, at, _losses(own_pair)))
             else:
                 tendons += _tendon(one, two, pair)
         if tendons:
             edits.append(_in_section(content, tree.root, "tendon", tendons))
     return edited(text, edits)
+
+
+def _without(dynamics: Drive, added: Losses, where: str) -> Drive:
+    """Return the losses of a joint or tendon itself, without those of its actuators and followers.
+
+    Raises:
+        ParameterError: an identified loss is smaller than what they add.
+    """
+    own = {}
+    for key in ("armature", "damping", "frictionloss"):
+        value, share = getattr(dynamics, key), getattr(added, key)
+        if share and share > value:
+            raise ParameterError(
+                f"{where}: its actuators and followers have a {key} of {share:.4g}, more than the "
+                f"identified {value:.4g}; accepted: a file with less {key} there"
+            )
+        own[key] = value - share
+    return replace(dynamics, **own)
 
 
 def _inertial(body: Body) -> str:
