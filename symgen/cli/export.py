@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 @click.option("--samples", type=click.IntRange(1), help="Write this many files, with parameters "
               "drawn from their distribution.")  # fmt: skip
 @click.option("--seed", type=int, default=0, help="Of the draws of --samples; default 0.")
+@click.option("--mujoco", metavar="VERSION", default="3.0", help="Oldest MuJoCo that has to read "
+              "the MJCF; dampers and springs of higher order need 3.7.")  # fmt: skip
 @partial(reading_options, start="--start")
 def export(
     estimate: Path,
@@ -40,6 +42,7 @@ def export(
     least: float,
     samples: int | None,
     seed: int,
+    mujoco: str,
     reading: Reading,
 ) -> int:
     """Write the identified values of ESTIMATE into the URDF or MJCF of the robot.
@@ -85,7 +88,7 @@ def export(
         table = {"schema": exports.SAMPLES, "seed": seed, "files": [*files], "parameters": values}
         write_folder(to, {**files, exports.MARKER: json_text(table).encode()}, exports.MARKER)
     else:
-        first = exports.export(estimate, copied, robot, folder=to.parent)
+        first = exports.export(estimate, copied, robot, folder=to.parent, mujoco=mujoco)
         write_text(to, first.text.encode(encoding))
         paths = [to]
     for note in first.notes:

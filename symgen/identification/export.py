@@ -6,7 +6,7 @@ import hashlib
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -33,7 +33,7 @@ from symgen.identification.parameters import (
 from symgen.identification.physical import LinkParameters, link_parameters
 from symgen.identification.prediction import torque_errors
 from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
-from symgen.robot.formats.mjcf import SPRING
+from symgen.robot.formats.mjcf import CABLE, DRAG, SPRING
 from symgen.robot.formats.mjcf_writer import updated_mjcf
 from symgen.robot.formats.urdf import updated_urdf
 from symgen.robot.formats.xml import relocated
@@ -48,6 +48,10 @@ _CAVEAT = (
     "base parameters do not determine link parameters: these are one of infinitely many sets that "
     "give the same torques, and a single mass or centre need not be the robot's"
 )
+#: The oldest MuJoCo that reads an exported file, and the first that reads higher orders.
+MUJOCO, _HIGHER = "3.0", (3, 7)
+#: Largest imaginary part of a root that counts as real, relative to its size.
+_REAL = 1e-9
 #: Largest rounding error of a parameter that is written and read, as a part of the largest one.
 _READ = 1e-8
 
@@ -101,6 +105,7 @@ def identified_file(
     robot: Robot | None = None,
     X: FloatArray | None = None,
     folder: str | Path | None = None,
+    higher: bool = False,
 ) -> IdentifiedFile:
     """Return the text of a robot file with identified values.
 
@@ -114,6 +119,7 @@ def identified_file(
         robot: that robot, if it fixes joints that move in the file.
         X: (p,) base parameters to write; by default those of the estimate.
         folder: destination of the text, for its relative paths; by default the folder of the file.
+        higher: whether to write dampers and springs of higher order, which MuJoCo 3.7 reads.
 
     Raises:
         RobotError: symgen cannot read the file.
@@ -132,7 +138,7 @@ def identified_file(
         nearest=estimate.covariance,
     )
     mjcf = path.suffix.lower() == ".xml"
-    dynamics = _dynamics(model.robot, links)
+    dynamics, polynomial = _dynamics(model.robot, links, higher and mjcf)
     notes = [f"link parameters in {path.name}: {_CAVEAT}"]
     if links.sigmas > 0:
         notes.append(
@@ -151,7 +157,7 @@ def identified_file(
             f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings
         }
         contained |= {f"OF{joint.joint}" for joint in dynamics.joints if joint.stiffness}
-        contained |= {*_springs(model.robot).values()}
+        contained |= {*_springs(model.robot).values(), *polynomial}
     else:
         text, _ = read_text(path, "accepted: a .urdf")
         text, contained = updated_urdf(text, dynamics, str(path)), set()
@@ -202,9 +208,19 @@ def _require_read(text: str, path: Path, model: Model, values: Mapping[str, floa
             )
 
 
-def _dynamics(robot: Robot, links: LinkParameters) -> Dynamics:
-    """Return the parameters of a robot that a robot file can hold."""
+def _dynamics(robot: Robot, links: LinkParameters, higher: bool) -> tuple[Dynamics, frozenset[str]]:
+    """Return the parameters of a robot that a robot file can hold.
+
+    Args:
+        robot: the robot.
+        links: its standard parameters.
+        higher: whether the file can hold dampers and springs of higher order.
+
+    Returns:
+        The parameters, and the names of those of higher order and of the springs with them.
+    """
     springs = _springs(robot)
+    polynomial = set[str]()
 
     def value(name: str) -> float:
         return float(links.values.get(name, 0.0))
@@ -215,7 +231,8 @@ def _dynamics(robot: Robot, links: LinkParameters) -> Dynamics:
         losses = value(f"{names.ROTOR}{k}"), value(f"FV{k}"), value(f"FS{k}")
         stiffness = max(value(springs[k]), 0.0) if k in springs else 0.0
         rest = -value(f"OF{k}") / stiffness if stiffness else 0.0
-        joints.append(JointDynamics(k, *losses, stiffness, rest))
+        plain = JointDynamics(k, *losses, stiffness, rest)
+        joints.append(_with_higher(plain, robot, links.values, polynomial) if higher else plain)
     couplings = (
         CouplingDynamics(
             c.first, c.second, float(c.ratio.subs(robot.values())), value(f"IAM{c.second}"),
@@ -223,7 +240,50 @@ def _dynamics(robot: Robot, links: LinkParameters) -> Dynamics:
         )
         for c in robot.couplings
     )  # fmt: skip
-    return Dynamics(links.bodies, tuple(joints), tuple(couplings))
+    return Dynamics(links.bodies, tuple(joints), tuple(couplings)), frozenset(polynomial)
+
+
+def _with_higher(
+    joint: JointDynamics, robot: Robot, values: Mapping[str, float], written: set[str]
+) -> JointDynamics:
+    """Return a joint with its friction of order 2 and 3 and its cable as a spring.
+
+        c0 + c1 q + c2 q^2 + c3 q^3 = stiffness x + s1 x^2 + s2 x^3,    x = q - springref
+
+    A cable without a position of rest, or on a joint with another spring, is left out.
+
+    Args:
+        joint: the joint.
+        robot, values: the robot and its standard parameters.
+        written: receives the names of the parameters.
+    """
+    damping = {2: 0.0, 3: 0.0}
+    for effect in robot.effects:
+        names_of = [name for name, _ in effect.linear]
+        if effect.joint != joint.joint:
+            continue
+        if effect.name == DRAG and effect.nonlinear[0][1] in damping:
+            damping[int(effect.nonlinear[0][1])] += values[names_of[0]]
+            written.update(names_of)
+        if effect.name == CABLE and not joint.stiffness:
+            offset = f"OF{joint.joint}"
+            torque = np.polynomial.Polynomial(
+                [values.get(offset, 0.0), *(values[name] for name in names_of)]
+            )
+            roots = np.asarray(torque.roots(), dtype=complex)
+            rests = roots.real[np.abs(roots.imag) <= _REAL * (1 + np.abs(roots))]
+            if len(rests):
+                rest = float(rests[np.abs(rests).argmin()])
+                first, second, third = (float(torque.deriv(m)(rest)) for m in (1, 2, 3))
+                joint = replace(
+                    joint,
+                    stiffness=first,
+                    stiffness_2=second / 2,
+                    stiffness_3=third / 6,
+                    springref=rest,
+                )
+                written.update((offset, *names_of))
+    return replace(joint, damping_2=damping[2], damping_3=damping[3])
 
 
 def _springs(robot: Robot) -> dict[int, str]:
@@ -254,6 +314,7 @@ def export(
     robot: str | Path | Robot | None = None,
     *,
     folder: str | Path | None = None,
+    mujoco: str = MUJOCO,
 ) -> IdentifiedFile:
     """Return a copy of a URDF or MJCF with all parameters of an estimate that it can hold.
 
@@ -265,6 +326,8 @@ def export(
             folder of the estimate, or else the robot of `source`.
         folder: destination of the copy, for relative paths of meshes; by default the folder of
             `source`.
+        mujoco: the oldest MuJoCo that has to read an MJCF. From 3.7 on, dampers and springs of
+            higher order are written.
 
     Raises:
         RobotError: symgen cannot read a robot.
@@ -272,7 +335,19 @@ def export(
             file cannot hold its values.
     """
     known, robot = read_identified(estimate, robot)
-    return identified_file(source, known, robot, folder=folder)
+    higher = _version(mujoco) >= _HIGHER
+    return identified_file(source, known, robot, folder=folder, higher=higher)
+
+
+def _version(text: str) -> tuple[int, ...]:
+    """Return the numbers of a version of MuJoCo.
+
+    Raises:
+        ParameterError: the text is no version.
+    """
+    if not re.fullmatch(r"[0-9]{1,4}(\.[0-9]{1,4}){1,2}", text):
+        raise ParameterError(f"MuJoCo {text!r}; accepted: a version such as {MUJOCO} or 3.7")
+    return tuple(map(int, text.split(".")))
 
 
 def export_samples(

@@ -101,6 +101,7 @@ class JointDynamics:
     """Motor torque of one joint, without that of the links.
 
         tau = armature qdd + frictionloss sign(qd) + damping qd + stiffness (q - springref)
+              + d1 qd |qd| + d2 qd^3 + s1 (q - springref)^2 + s2 (q - springref)^3
 
     Attributes:
         joint: number of the joint in the file.
@@ -109,6 +110,7 @@ class JointDynamics:
         frictionloss: Coulomb friction, N m or N.
         stiffness: stiffness of a spring, N m/rad or N/m.
         springref: position of the joint at which the spring has no torque, rad or m.
+        damping_2, damping_3, stiffness_2, stiffness_3: d1, d2, s1 and s2.
     """
 
     joint: int
@@ -117,6 +119,15 @@ class JointDynamics:
     frictionloss: float = 0.0
     stiffness: float = 0.0
     springref: float = 0.0
+    damping_2: float = 0.0
+    damping_3: float = 0.0
+    stiffness_2: float = 0.0
+    stiffness_3: float = 0.0
+
+    @property
+    def springy(self) -> bool:
+        """Whether the joint has a spring."""
+        return any((self.stiffness, self.stiffness_2, self.stiffness_3))
 
 
 @dataclass(frozen=True)

@@ -369,7 +369,9 @@ def _effects(
         with located(place):
             here, ranges = _effect(table, sigma, reader)
             earlier = (*found, *(s.effect for s in sought))
-            others = [e for e in earlier if e.own or here[0].own or e.name == table.name]
+            # The same effect of the library with other constants is another effect: p = 2, p = 3.
+            same = [e for e in earlier if e.name == table.name and e.constants == here[0].constants]
+            others = [*same, *(e for e in earlier if e.own or here[0].own)]
             taken = {*reader.geometry, *(n for e in others for n in e.names)}
             for name in (n for e in here for n in e.names):
                 if name in taken:

@@ -70,7 +70,7 @@ def test_the_package_of_a_coupling_and_effects_compiles(tmp_path: Path) -> None:
 def test_a_name_that_the_file_gives_twice_is_refused(name: str, length: str) -> None:
     entry = f'[[effect]]\nname = "{name}"\njoints = [2]\n'
     entry += {
-        "smooth_friction": "nonlinear = { w = 0.1 }",
+        "smooth_friction": "nonlinear = { w = 0.264 }",
         "own": 'torque = "RS2*sin(q2)"\nlinear = { RS2 = "N m" }',
         "stribeck_friction": "nonlinear = { vs = 0.1 }",
     }[name]

@@ -196,6 +196,40 @@ def test_an_estimate_of_a_urdf_goes_into_an_mjcf_with_the_same_moving_frames(
     assert not (tmp_path / "x.xml").exists()
 
 
+TWO_MOTORS = """<mujoco model="arm"><compiler angle="radian"/><worldbody>
+<body name="upper"><joint name="shoulder" axis="0 1 0" armature="0.15" damping="0.9 0.5 0.1"
+  stiffness="6 2.5 0.3" springref="0.2"/>
+  <inertial pos="0.25 0 0" mass="3" diaginertia=".02 .08 .1"/>
+<body name="lower" pos="0.5 0 0"><joint name="elbow" axis="0 1 0" armature="0.05" damping="0.4"/>
+  <inertial pos="0.2 0 0" mass="1.8" diaginertia="0.01 0.03 0.03"/></body></body></worldbody>
+<actuator><motor joint="shoulder" gear="100" armature="{armature}" damping="1e-4 2e-5 3e-6"/>
+<motor joint="elbow" gear="50" armature="4e-5"/></actuator></mujoco>"""
+
+
+def test_what_motors_add_is_subtracted_and_higher_orders_need_the_option(tmp_path, command) -> None:
+    from symgen.identification.parameters import read_parameters
+
+    arm, out = tmp_path / "arm.xml", tmp_path / "out.xml"
+    arm.write_text(TWO_MOTORS.format(armature="3e-5"))
+    model = symgen.derive(read_imported(arm).robot)
+    write_estimate(tmp_path / "result", model, read_parameters(arm, model))
+    to = ("export", tmp_path / "result", "--from", arm, "--to")
+    code, _, err = command(*to, out, "--mujoco", "3.7")
+    assert code == 0, err
+    np.testing.assert_allclose(
+        read_parameters(out, model), read_parameters(arm, model), rtol=1e-6, atol=1e-7
+    )
+    _, elbow, *_ = re.findall('armature="(.*?)"', out.read_text())  # that of the shoulder joins ZZ1
+    assert float(elbow) == pytest.approx(0.05, abs=1e-6)
+    arm.write_text(TWO_MOTORS.format(armature="3e-3"))  # 30 kg m2 at the joint
+    code, _, err = command(*to, tmp_path / "x.xml", "--mujoco", "3.7")
+    assert code == 2
+    assert "armature 30, more than the identified 0." in err
+    assert not (tmp_path / "x.xml").exists()
+    code, _, err = command(*to, tmp_path / "x.xml", "--mujoco", "new")
+    assert (code, "3.7" in err) == (2, True)
+
+
 def _rest(text: str) -> list[str]:
     """Words of an MJCF without its inertias and joint dynamics, and what symgen says of them."""
     without = re.sub("<!-- written by symgen.*?-->", "", text, flags=re.DOTALL)

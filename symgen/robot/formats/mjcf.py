@@ -117,12 +117,12 @@ def _without_motor(robot: Robot, model: Any) -> Iterator[str]:
 
 
 class Losses(NamedTuple):
-    """Losses of a joint: armature, damping v + square v|v| + cubic v^3, and Coulomb friction."""
+    """Armature, damping v + damping_2 v|v| + damping_3 v^3, and Coulomb friction of a joint."""
 
     armature: float
     damping: float
-    square: float
-    cubic: float
+    damping_2: float
+    damping_3: float
     frictionloss: float
 
 
@@ -358,7 +358,7 @@ class MjcfTree:
             effect = CABLE if any(spring[2:]) else SPRING
             yield name, effect, spring[1 : 4 if effect == CABLE else 2].tolist(), {}
         for name, losses in self.losses.items():
-            for order, value in ((2, losses.square), (3, losses.cubic)):
+            for order, value in ((2, losses.damping_2), (3, losses.damping_3)):
                 if value and name not in self.mimics:
                     yield name, DRAG, [value], {"p": sp.Integer(order)}
 

@@ -1,7 +1,7 @@
 """Comparison of the torques of an imported robot with those of MuJoCo.
 
-The torques of the robot come from the recursion of Newton and Euler in floats, which shares nothing
-with the derivation of the model. What the file has and the robot has not is named, with its share
+The torques of the robot come from virtual power in floats, which shares nothing with the derivation
+of the model. What the file has and the robot has not is named, with its share
 of the torque. Any other difference is an error.
 """
 
@@ -17,12 +17,17 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.errors import RobotError, first_of
-from symgen.robot.body import FloatArray, screw
+from symgen.robot import dh
+from symgen.robot.body import FloatArray
 from symgen.robot.exact_numbers import TOLERANCE
 from symgen.robot.imported import Imported
 from symgen.robot.types import Joint, Robot
 
 _STATES, _SEED = 20, 1
+#: Twists of a revolute, a prismatic and a fixed joint about the z axis of its frame.
+_TWISTS = np.zeros((3, 4, 4))
+_TWISTS[names.REVOLUTE, 0, 1], _TWISTS[names.REVOLUTE, 1, 0] = -1.0, 1.0
+_TWISTS[names.PRISMATIC, 2, 3] = 1.0
 #: Largest speed and acceleration of the states, rad/s, m/s and the same per s.
 _FASTEST = 2.0
 #: Range of a joint without limits, rad or m.
@@ -54,30 +59,28 @@ def unread(
     robot, values = found.robot.with_values(), dict(found.parameters)
     if not values:
         return []
-    states = _states(robot)
     bare = copy.deepcopy(model)
     _switch_off_constraints(bare)
+    states = _states(robot)
     mujoco.set_mju_user_warning(lambda _: None)  # MuJoCo would print, and write MUJOCO_LOG.TXT
     try:
-        whole = _mujoco_torques(robot, bare, states)
+        whole = _mujoco_torques(robot, bare, *states)
         notes = _remove_unread(bare, tendons)
-        theirs = _mujoco_torques(robot, bare, states)
+        theirs = _mujoco_torques(robot, bare, *states)
     finally:
         mujoco.set_mju_user_warning(None)
-    ours = [torques(robot, values, *state) for state in states]
-    size = max(float(np.abs(tau).max()) for tau in theirs) or 1.0
-    for when, a, b in zip(("at rest", "in motion", "when accelerating"), ours, theirs, strict=True):
-        error = np.abs(a - b).max(axis=0) / size
-        joint = int(error.argmax())
-        if not error[joint] <= (_ROUNDED if rounded else _SAME):
-            raise RobotError(
-                f"MuJoCo's torque of {robot.listed([joint])} {when} differs by "
-                f"{100 * error[joint]:.2g} % of the largest torque from that of what symgen reads; "
-                "accepted: rigid bodies, joints with dampers and springs, and motors on joints"
-            )
+    size = float(np.abs(theirs).max()) or 1.0
+    error = np.abs(torques(robot, values, *states) - theirs).max(axis=0) / size
+    worst = int(error.argmax())
+    if not error[worst] <= (_ROUNDED if rounded else _SAME):
+        raise RobotError(
+            f"MuJoCo's torque of {robot.listed([worst])} differs by {100 * error[worst]:.2g} % of "
+            "the largest torque from that of what symgen reads; accepted: rigid bodies, joints "
+            "with dampers and springs, and motors on joints"
+        )
     if notes:
-        moved = max(float(np.abs(a - b).max()) for a, b in zip(whole, theirs, strict=True))
-        notes.append(f"what is not read changes the torques by up to {100 * moved / size:.2g} %")
+        moved = float(np.abs(whole - theirs).max()) / size
+        notes.append(f"what is not read changes the torques by up to {100 * moved:.2g} %")
     return notes
 
 
@@ -131,22 +134,19 @@ def _clear(model: Any, kind: str, places: NDArray[np.intp]) -> bool:
     return found
 
 
-def _states(robot: Robot) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
-    """Return q, qd, qdd, (K, n) each: at rest, in motion, and accelerating, within the limits."""
+def _states(robot: Robot) -> FloatArray:
+    """Return positions within the limits, speeds and accelerations, (3, K, n)."""
     draw = np.random.default_rng(_SEED)
-    low, high = np.full(robot.n, -_RANGE), np.full(robot.n, _RANGE)
-    if robot.limits is not None and robot.limits.position is not None:
-        low, high = np.array(robot.limits.position, dtype=float).T
-    shape = (_STATES, robot.n)
-    q = low + (high - low) * draw.random(shape)
-    qd, qdd = draw.uniform(-_FASTEST, _FASTEST, (2, *shape))
-    rest = np.zeros(shape)
-    return [(q, rest, rest), (q, qd, rest), (q, qd, qdd)]
+    limits = None if robot.limits is None else robot.limits.position
+    low, high = np.transpose(limits or [(-_RANGE, _RANGE)] * robot.n)
+    shares, *motion = draw.random((3, _STATES, robot.n))
+    qd, qdd = (_FASTEST * (2 * x - 1) for x in motion)
+    return np.array([low + (high - low) * shares, qd, qdd])
 
 
 def _mujoco_torques(
-    robot: Robot, model: Any, states: Sequence[tuple[FloatArray, ...]]
-) -> list[FloatArray]:
+    robot: Robot, model: Any, q: FloatArray, qd: FloatArray, qdd: FloatArray
+) -> FloatArray:
     """Return the torques of the movable joints by mj_inverse, with those of their followers."""
     import mujoco
 
@@ -155,19 +155,14 @@ def _mujoco_torques(
     moving = [joint for joint in robot.moving if joint.name in ids]
     places = [ids[joint.name] for joint in moving]
     q_at, v_at = model.jnt_qposadr[places], model.jnt_dofadr[places]
-    ratio = _ratios(robot, moving)
-    offset = np.array([float(joint.offset) for joint in moving])
-    out = []
-    for q, qd, qdd in states:
-        tau = np.zeros_like(q)
-        for i in range(len(q)):
-            mujoco.mj_resetData(model, data)
-            data.qpos[q_at] = ratio @ q[i] + offset
-            data.qvel[v_at] = ratio @ qd[i]
-            data.qacc[v_at] = ratio @ qdd[i]
-            mujoco.mj_inverse(model, data)
-            tau[i] = ratio.T @ data.qfrc_inverse[v_at]
-        out.append(tau)
+    ratio, offset = _ratios(robot, moving), [float(joint.offset) for joint in moving]
+    out = np.zeros_like(q)
+    for tau, position, speed, rate in zip(out, q, qd, qdd, strict=True):
+        data.qpos[q_at] = ratio @ position + offset
+        data.qvel[v_at] = ratio @ speed
+        data.qacc[v_at] = ratio @ rate
+        mujoco.mj_inverse(model, data)
+        tau[:] = ratio.T @ data.qfrc_inverse[v_at]
     return out
 
 
@@ -188,7 +183,7 @@ def torques(
     qd: FloatArray,
     qdd: FloatArray,
 ) -> FloatArray:
-    """Return the torques of a robot by the recursion of Newton and Euler, without Coulomb friction.
+    """Return the torques of a robot by virtual power, without Coulomb friction.
 
     Args:
         robot: the robot, without named lengths.
@@ -198,8 +193,9 @@ def torques(
     Returns:
         (K, n) torques in N m, forces in N.
     """
-    ratio = _ratios(robot, robot.joints)
-    tau = _link_torques(robot, values, q, qd, qdd) @ ratio
+    states = zip(q, qd, qdd, strict=True)
+    of_joints = np.array([_link_torques(robot, values, *state) for state in states])
+    tau = of_joints @ _ratios(robot, robot.joints)
     for k, joint in enumerate(robot.movable):
         tau[:, k] += values.get(f"{names.ROTOR}{joint.number}", 0.0) * qdd[:, k]
         tau[:, k] += values.get(f"FV{joint.number}", 0.0) * qd[:, k]
@@ -223,68 +219,35 @@ def torques(
 def _link_torques(
     robot: Robot, values: Mapping[str, float], q: FloatArray, qd: FloatArray, qdd: FloatArray
 ) -> FloatArray:
-    """Return the torque of the links about each joint of the file, (K, J).
+    """Return the torque of the links about each joint of the file in one state, (J,).
 
-    Each link has, in the axes of its frame, the angular velocity w, its rate wd and the
-    acceleration a of the origin without gravity. Its force is f = M a + wd x s + w x (w x s), and
-    its moment n = J wd + w x (J w) + s x a, with s the first moments.
+    In frame 0, with 4x4 matrices: a joint moves its links by the twist S, V is their velocity, and
+    the points x of a link accelerate by (A + V V) x. P, the pseudo-inertia of a link, is the
+    integral of x x' dm. The torque of the joint is the power of S against the forces of all links
+    that it carries:
+
+        tau = sum over links of trace(S' W),    W = (A + V V - G) P
     """
+    frames = dh.frames(robot, dict(zip(robot.numbers, q.tolist(), strict=True)))
     ratio = _ratios(robot, robot.joints)
-    offset = np.array([float(joint.offset) for joint in robot.joints])
-    at, speed, rate = q @ ratio.T + offset, qd @ ratio.T, qdd @ ratio.T
-    count, z = len(q), np.array([0.0, 0.0, 1.0])
-    base = np.zeros((count, 3)), np.zeros((count, 3)), np.tile(_up(robot), (count, 1))
-    motion, frames, forces, moments = {0: base}, {}, {}, {}
-    for k, joint in enumerate(robot.joints):
-        R, p = frames[joint.number] = _transform(joint, at[:, k])
-        w0, wd0, a0 = motion[joint.antecedent]
-        a0 = a0 + np.cross(wd0, p) + np.cross(w0, np.cross(w0, p))
-        w, wd, a = (np.einsum("kji,kj->ki", R, x) for x in (w0, wd0, a0))
-        along, growth = speed[:, k, None] * z, rate[:, k, None] * z
-        if joint.slides:
-            a = a + 2 * np.cross(w, along) + growth
-        else:
-            wd = wd + np.cross(w, along) + growth
-            w = w + along
-        motion[joint.number] = w, wd, a
-        mass, s, J = _link(values, joint.number)
-        forces[joint.number] = mass * a + np.cross(wd, s) + np.cross(w, np.cross(w, s))
-        moments[joint.number] = wd @ J + np.cross(w, w @ J) + np.cross(s, a)
-    out = np.zeros((count, len(robot.joints)))
-    for k, joint in reversed(list(enumerate(robot.joints))):
-        f, n = forces[joint.number], moments[joint.number]
-        out[:, k] = f[:, 2] if joint.slides else n[:, 2]
-        if joint.antecedent:
-            R, p = frames[joint.number]
-            f, n = (np.einsum("kij,kj->ki", R, x) for x in (f, n))
-            forces[joint.antecedent] = forces[joint.antecedent] + f
-            moments[joint.antecedent] = moments[joint.antecedent] + n + np.cross(p, f)
-    return out
+    gravity = np.zeros((4, 4))
+    gravity[:3, 3] = [float(g) for g in robot.gravity]
+    V, A, W = (np.zeros((len(frames), 4, 4)) for _ in range(3))
+    twists = np.zeros((len(frames), 4, 4))
+    for joint, speed, rate in zip(robot.joints, ratio @ qd, ratio @ qdd, strict=True):
+        j, i, T = joint.number, joint.antecedent, frames[joint.number]
+        S = twists[j] = T @ _TWISTS[joint.sigma] @ np.linalg.inv(T)
+        V[j] = V[i] + S * speed
+        A[j] = A[i] + S * rate + (V[i] @ S - S @ V[i]) * speed
+        W[j] = (A[j] + V[j] @ V[j] - gravity) @ (T @ _pseudo_inertia(values, j) @ T.T)
+    for joint in reversed(robot.joints):
+        W[joint.antecedent] += W[joint.number]
+    return np.asarray((twists * W).sum(axis=(1, 2))[1:])
 
 
-def _up(robot: Robot) -> FloatArray:
-    """Return the acceleration of the base that stands for gravity, -g."""
-    return -np.array([float(g) for g in robot.gravity])
-
-
-def _transform(joint: Joint, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return rotation (K, 3, 3) and origin (K, 3) of a joint's frame in that of its antecedent."""
-    rows = (2, joint.gamma, joint.b), (0, joint.alpha, joint.d)
-    before = np.eye(4)
-    for axis, angle, length in rows:
-        before = before @ screw(axis, float(angle), float(length)).astype(float)
-    theta = float(joint.theta) + (0.0 if joint.slides else at)
-    r = float(joint.r) + (at if joint.slides else 0.0)
-    turned = np.zeros((len(at), 3, 3))
-    turned[:, 0, 0] = turned[:, 1, 1] = np.cos(theta)
-    turned[:, 1, 0] = np.sin(theta)
-    turned[:, 0, 1] = -np.sin(theta)
-    turned[:, 2, 2] = 1.0
-    origin = before[:3, 3] + np.multiply.outer(np.broadcast_to(r, len(at)), before[:3, 2])
-    return before[:3, :3] @ turned, origin
-
-
-def _link(values: Mapping[str, float], number: int) -> tuple[float, FloatArray, FloatArray]:
-    """Return mass, first moments (3,) and inertia (3, 3) about the origin of a link's frame."""
-    xx, xy, xz, yy, yz, zz, *first, mass = (values[f"{key}{number}"] for key in names.LINK)
-    return mass, np.array(first), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+def _pseudo_inertia(values: Mapping[str, float], number: int) -> FloatArray:
+    """Return the pseudo-inertia (4, 4) of a link in the frame of its joint."""
+    xx, xy, xz, yy, yz, zz, x, y, z, mass = (values[f"{key}{number}"] for key in names.LINK)
+    half = (xx + yy + zz) / 2
+    rows = [half - xx, -xy, -xz, x], [-xy, half - yy, -yz, y], [-xz, -yz, half - zz, z]
+    return np.array([*rows, [x, y, z, mass]])

@@ -25,6 +25,7 @@ from symgen.robot.formats.xml import Edit, Element, edited, inserted, with_attri
 from symgen.robot.imported import read_text
 
 Drive = TypeVar("Drive", JointDynamics, CouplingDynamics)
+_HIGHER = ("damping_2", "damping_3")  # not written for an older MuJoCo
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
 
@@ -62,7 +63,7 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
             name = joint_name(chain, joint.joint)
             at = _named(joints, "joint", name)
             angle = tree.degrees if tree.urdf.joints[name].turns else 1.0
-            has_spring = bool(joint.stiffness) or name in tree.springs
+            has_spring = joint.springy or name in tree.springs
             own = _without(joint, tree.added[name], f"joint {plain(name)!r}")
             edits.append(with_attributes(content, at, _attributes(own, angle, has_spring)))
         for pair in dynamics.couplings:
@@ -86,11 +87,13 @@ def _without(dynamics: Drive, added: Losses, where: str) -> Drive:
         ParameterError: an identified loss is smaller than what they add.
     """
     own = {}
-    for key in ("armature", "damping", "frictionloss"):
-        value, share = getattr(dynamics, key), getattr(added, key)
-        if share and share > value:
+    for key, share in added._asdict().items():
+        value = getattr(dynamics, key, 0.0)
+        if not share or (key in _HIGHER and not value):
+            continue
+        if share > value:
             raise ParameterError(
-                f"{where}: its actuators and followers have a {key} of {share:.4g}, more than the "
+                f"{where}: its actuators and followers have {key} {share:.4g}, more than the "
                 f"identified {value:.4g}; accepted: a file with less {key} there"
             )
         own[key] = value - share
@@ -140,9 +143,14 @@ def _attributes(dynamics: JointDynamics, angle: float, spring: bool) -> dict[str
     }
     if spring:
         values["stiffness"] = dynamics.stiffness
-    if dynamics.stiffness:
+    if dynamics.springy:
         values["springref"] = dynamics.springref * angle
-    return {key: repr(float(value)) for key, value in values.items()}
+    written = {key: repr(float(value)) for key, value in values.items()}
+    for key in ("damping", "stiffness"):
+        higher = [float(getattr(dynamics, f"{key}_{order}")) for order in (2, 3)]
+        if any(higher):
+            written[key] += "".join(f" {value!r}" for value in higher)
+    return written
 
 
 def _losses(pair: CouplingDynamics) -> dict[str, str]:
