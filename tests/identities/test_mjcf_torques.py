@@ -104,7 +104,7 @@ def test_what_is_not_read_is_named_with_its_share_of_the_torque(tmp_path) -> Non
     windy = written(tmp_path, options='<option density="1000" viscosity="0.1"/>')
     notes = read_imported(windy).notes
     assert any("medium" in note for note in notes)
-    assert any("changes the torques by up to" in note for note in notes)
+    assert any("% of the largest torque" in note for note in notes)
 
 
 @pytest.mark.parametrize("seed", sampled(range(100, 140), 3))

@@ -32,7 +32,7 @@ from symgen.robot.effect import definitions
 from symgen.robot.exact_numbers import angle, context
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
-from symgen.robot.formats.mjcf_torques import unread
+from symgen.robot.formats.mjcf_torques import quiet, unread
 from symgen.robot.formats.xml import parse_xml
 from symgen.robot.imported import Imported
 from symgen.robot.tables import Coupling
@@ -370,16 +370,15 @@ class MjcfTree:
         """
         import mujoco
 
-        m = self.model
-        names_of = {int(getattr(mujoco.mjtEq, key)): key.removeprefix("mjEQ_").lower()
-                    for key in dir(mujoco.mjtEq) if key.startswith("mjEQ_")}  # fmt: skip
-        followers = {self._joint_names.index(name) for name in self.mimics}
+        m, followers = self.model, {self._joint_names.index(name) for name in self.mimics}
+        kinds = {int(value): name for name, value in mujoco.mjtEq.__members__.items()}
         for k in np.flatnonzero(m.eq_active0):
-            kind = names_of[int(m.eq_type[k])]
-            ends = int(m.eq_obj1id[k]), int(m.eq_obj2id[k])
-            if kind == "joint" and ends[0] in followers:
+            kind = kinds[int(m.eq_type[k])].removeprefix("mjEQ_").lower()
+            first, second = int(m.eq_obj1id[k]), int(m.eq_obj2id[k])
+            on_bodies = m.eq_objtype[k] == mujoco.mjtObj.mjOBJ_BODY
+            if kind == "joint" and first in followers:
                 continue
-            if kind in ("connect", "weld") and not self._on_robot(k):
+            if on_bodies and max(m.body_mocapid[[first, second]]) >= 0:  # it follows the scene
                 continue
             title = m.equality(int(k)).name
             named = f" {shortened(title)!r}" if title else ""
@@ -387,29 +386,6 @@ class MjcfTree:
             if kind != "joint":
                 what = "an open tree, or a robot.toml with [[loop]] for a parallelogram"
             raise RobotError(f"the {kind} equality{named} is not read; accepted: {what}")
-
-    def _on_robot(self, k: Any) -> bool:
-        """Return whether an equality joins two links, one of them moved by a joint.
-
-        A body that follows a mocap body in the scene, or that is free, is no link.
-        """
-        import mujoco
-
-        m, ends = self.model, list[int]()
-        on_sites = m.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE
-        for end in (int(m.eq_obj1id[k]), int(m.eq_obj2id[k])):
-            ends.append(int(m.site_bodyid[end]) if on_sites else end)
-        if (m.body_mocapid[ends] >= 0).any():
-            return False
-        return any(m.jnt_type[j] >= _SLIDE for end in ends for j in self._above(end))
-
-    def _above(self, body: int) -> Iterator[int]:
-        """Yield the joints that move a body."""
-        m = self.model
-        while body:
-            first = int(m.body_jntadr[body])
-            yield from range(first, first + int(m.body_jntnum[body]))
-            body = int(m.body_parentid[body])
 
     def _tendons(self) -> dict[tuple[str, str], _Tendon]:
         """Return the fixed tendons between two joints; the first has the coefficient 1."""
@@ -500,18 +476,16 @@ def _compiled(path: Path, notes: list[str]) -> Any:
         raise RobotError(
             "MuJoCo is not installed; accepted: after pip install 'symgen[mjcf]'"
         ) from error
-    mujoco.set_mju_user_warning(lambda _: None)  # MuJoCo would print, and write MUJOCO_LOG.TXT
-    try:
-        return mujoco.MjModel.from_xml_path(str(path))
-    except (ValueError, OSError) as error:
-        notes.append(f"meshes are left out: {message_of(error)}")
+    with quiet():
         try:
-            return _without_meshes(mujoco.MjSpec.from_file(str(path)))
-        except (ValueError, OSError):
-            what = f"MuJoCo refuses it: {message_of(error)}; accepted: {ACCEPTED}"
-            raise RobotError(what) from error
-    finally:
-        mujoco.set_mju_user_warning(None)
+            return mujoco.MjModel.from_xml_path(str(path))
+        except (ValueError, OSError) as error:
+            notes.append(f"meshes are left out: {message_of(error)}")
+            try:
+                return _without_meshes(mujoco.MjSpec.from_file(str(path)))
+            except (ValueError, OSError):
+                what = f"MuJoCo refuses it: {message_of(error)}; accepted: {ACCEPTED}"
+                raise RobotError(what) from error
 
 
 def _without_meshes(spec: Any) -> Any:

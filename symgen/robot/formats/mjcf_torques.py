@@ -8,15 +8,15 @@ of the torque. Any other difference is an error.
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from symgen import names
-from symgen.errors import RobotError, first_of
+from symgen.errors import RobotError
 from symgen.robot import dh
 from symgen.robot.body import FloatArray
 from symgen.robot.exact_numbers import TOLERANCE
@@ -35,8 +35,8 @@ _RANGE = 1.0
 #: Largest difference, relative to the largest torque. Rounded angles of the file that symgen reads
 #: as fractions of pi, each within `TOLERANCE`, have a larger one.
 _SAME, _ROUNDED = 1e-9, 10 * TOLERANCE
-_JOINT, _TENDON = 1, 3  # types of transmissions: up to 1 on joints
-#: Flags of MuJoCo that switch off the forces of constraints.
+_TENDON = 3  # transmissions up to this type act on joints and tendons
+#: Flags of MuJoCo that switch off the forces of constraints, but for dry friction.
 _CONSTRAINTS = ("CONTACT", "EQUALITY", "LIMIT")
 
 
@@ -54,84 +54,42 @@ def unread(
     Raises:
         RobotError: the torques differ for another reason.
     """
-    import mujoco
-
     robot, values = found.robot.with_values(), dict(found.parameters)
     if not values:
         return []
-    bare = copy.deepcopy(model)
-    _switch_off_constraints(bare)
     states = _states(robot)
-    mujoco.set_mju_user_warning(lambda _: None)  # MuJoCo would print, and write MUJOCO_LOG.TXT
-    try:
-        whole = _mujoco_torques(robot, bare, *states)
-        notes = _remove_unread(bare, tendons)
-        theirs = _mujoco_torques(robot, bare, *states)
-    finally:
-        mujoco.set_mju_user_warning(None)
+    ours, theirs = torques(robot, values, *states), _mujoco_torques(robot, model, *states)
     size = float(np.abs(theirs).max()) or 1.0
-    error = np.abs(torques(robot, values, *states) - theirs).max(axis=0) / size
+    error = np.abs(ours - theirs).max(axis=0) / size
     worst = int(error.argmax())
-    if not error[worst] <= (_ROUNDED if rounded else _SAME):
-        raise RobotError(
-            f"MuJoCo's torque of {robot.listed([worst])} differs by {100 * error[worst]:.2g} % of "
-            "the largest torque from that of what symgen reads; accepted: rigid bodies, joints "
-            "with dampers and springs, and motors on joints"
-        )
-    if notes:
-        moved = float(np.abs(whole - theirs).max()) / size
-        notes.append(f"what is not read changes the torques by up to {100 * moved:.2g} %")
-    return notes
+    notes = list(_unread(model, tendons))
+    if error[worst] <= (_ROUNDED if rounded else _SAME):
+        return notes
+    what = (
+        f"MuJoCo's torque of {robot.listed([worst])} differs by {100 * error[worst]:.2g} % of the "
+        "largest torque from that of what symgen reads"
+    )
+    if not notes:
+        accepted = "rigid bodies, joints with dampers and springs, and motors on joints"
+        raise RobotError(f"{what}; accepted: {accepted}")
+    return [*notes, what]
 
 
-def _switch_off_constraints(model: Any) -> None:
-    """Switch off contacts, equalities and limits, and set Coulomb friction to zero."""
-    import mujoco
-
-    for key in _CONSTRAINTS:
-        model.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{key}"))
-    model.dof_frictionloss[:] = 0
-    model.tendon_frictionloss[:] = 0
-
-
-def _remove_unread(model: Any, tendons: Sequence[int]) -> list[str]:
-    """Remove what symgen does not read from a model, and name it."""
-    notes = []
+def _unread(model: Any, tendons: Sequence[int]) -> Iterator[str]:
+    """Yield a note for each kind of content that can cause torques and is not read."""
     if model.body_gravcomp.any():
-        notes.append("the gravity compensation of bodies (gravcomp) is not read")
-        model.body_gravcomp[:] = 0
+        yield "the gravity compensation of bodies (gravcomp) is not read"
     if model.opt.density or model.opt.viscosity:
-        notes.append("the density and the viscosity of the medium are not read")
-        model.opt.density = model.opt.viscosity = 0.0
-    yields = [
-        model.joint(k).name
-        for k in range(model.njnt)
-        if np.any(getattr(model, "jnt_springyield", np.zeros(model.njnt))[k])
-    ]
-    if yields:
-        notes.append(f"springyield of joint {first_of(yields)} is not read")
-    others = np.setdiff1d(np.arange(model.ntendon), np.asarray(tendons, dtype=int))
-    if len(others):
-        notes.append(
-            f"{len(others)} tendons of the file are not read: they are no drives of two joints"
+        yield "the density and the viscosity of the medium are not read"
+    if np.any(getattr(model, "jnt_springyield", 0.0)):
+        yield "springyield of joints is not read"
+    if model.ntendon > len(tendons):
+        yield (
+            f"{model.ntendon - len(tendons)} tendons of the file are not read: they are no drives "
+            "of two joints"
         )
-    _clear(model, "tendon", others)
-    drives = model.actuator_trntype > _JOINT
-    drives &= ~((model.actuator_trntype == _TENDON) & np.isin(model.actuator_trnid[:, 0], tendons))
-    if _clear(model, "actuator", np.flatnonzero(drives)):
-        notes.append("armature and damping of actuators that drive no joint are not read")
-    return notes
-
-
-def _clear(model: Any, kind: str, places: NDArray[np.intp]) -> bool:
-    """Set losses and springs of tendons or actuators to zero; return whether there were any."""
-    found = False
-    for key in ("stiffness", "stiffnesspoly", "damping", "dampingpoly", "armature"):
-        array = getattr(model, f"{kind}_{key}", None)
-        if array is not None:
-            found |= bool(np.any(array[places]))
-            array[places] = 0
-    return found
+    if (model.actuator_trntype > _TENDON).any():
+        yield "armature and damping of actuators on sites and bodies are not read"
 
 
 def _states(robot: Robot) -> FloatArray:
@@ -150,20 +108,37 @@ def _mujoco_torques(
     """Return the torques of the movable joints by mj_inverse, with those of their followers."""
     import mujoco
 
-    data = mujoco.MjData(model)
-    ids = {model.joint(k).name or f"joint{k + 1}": k for k in range(model.njnt)}
+    bare = copy.copy(model)
+    for key in _CONSTRAINTS:
+        bare.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{key}"))
+    bare.dof_frictionloss[:] = bare.tendon_frictionloss[:] = 0
+    ids = {bare.joint(k).name or f"joint{k + 1}": k for k in range(bare.njnt)}
     moving = [joint for joint in robot.moving if joint.name in ids]
     places = [ids[joint.name] for joint in moving]
-    q_at, v_at = model.jnt_qposadr[places], model.jnt_dofadr[places]
+    q_at, v_at = bare.jnt_qposadr[places], bare.jnt_dofadr[places]
     ratio, offset = _ratios(robot, moving), [float(joint.offset) for joint in moving]
     out = np.zeros_like(q)
-    for tau, position, speed, rate in zip(out, q, qd, qdd, strict=True):
-        data.qpos[q_at] = ratio @ position + offset
-        data.qvel[v_at] = ratio @ speed
-        data.qacc[v_at] = ratio @ rate
-        mujoco.mj_inverse(model, data)
-        tau[:] = ratio.T @ data.qfrc_inverse[v_at]
+    with quiet():
+        data = mujoco.MjData(bare)
+        for tau, position, speed, rate in zip(out, q, qd, qdd, strict=True):
+            data.qpos[q_at] = ratio @ position + offset
+            data.qvel[v_at] = ratio @ speed
+            data.qacc[v_at] = ratio @ rate
+            mujoco.mj_inverse(bare, data)
+            tau[:] = ratio.T @ data.qfrc_inverse[v_at]
     return out
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Suppress the warnings that MuJoCo would print, and write to MUJOCO_LOG.TXT."""
+    import mujoco
+
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(None)
 
 
 def _ratios(robot: Robot, joints: Sequence[Joint]) -> FloatArray:
