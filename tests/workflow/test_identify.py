@@ -69,7 +69,7 @@ def test_rounding_chooses_no_model() -> None:
         assert estimate.model == "momentum"
 
 
-@pytest.mark.parametrize("model", ["momentum", "momentum"])
+@pytest.mark.parametrize("model", ["energy", "momentum"])
 def test_the_recursive_method_is_the_batch_where_nothing_is_forgotten(model: str) -> None:
     exact = _motion(0.002, 8.0)
     noise = 0.05 * np.random.default_rng(1).normal(size=exact.tau.shape)
