@@ -55,6 +55,10 @@ SCALE = 20.0
 HEAVY = 0.1
 #: Log-odds above which one of two explanations is certain: nine to one.
 SURE = math.log(9.0)
+#: Median step of the positions between rows, relative to their spread, above which the rows are
+#: poses and no motion. A motion that is sampled six times a period has 1.0. Of 300 sets of 24
+#: random poses, 95 % were above 0.87 for two joints, 1.07 for three and 1.2 for seven.
+POSES = 1.0
 #: Torque error of a joint above which the motion itself is in doubt. Wrong signs, exchanged joints,
 #: wrong gears and another gravity cause larger errors.
 LOUD = 0.3

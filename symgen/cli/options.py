@@ -151,7 +151,8 @@ _READING = (
         "--columns",
         multiple=True,
         callback=_joined,
-        help="Column names of the file: t=time,q1=..; default: [log] columns of the robot.",
+        help="Column names of the file: t=time,q1=..; default of this and the options below: [log] "
+        "of the robot.",
     ),
     click.option("--joints", help="Joint names in the file, in the order of the robot: a,b,.."),
     click.option(
@@ -162,7 +163,9 @@ _READING = (
         help="Samples to leave out of the equations: rest, saturation, or rest,saturation.",
     ),
     click.option(
-        "--unit", help="Unit of angles, deg or rad; or of columns: q=deg,qd=rad/s,tau2=mNm."
+        "--unit",
+        help="Unit of angles, deg or rad; or of columns: q=deg,qd=rad/s,tau2=mNm; tau=% of [drive] "
+        "rated; tau=sign10 for counts with the sign in bit 10.",
     ),
     click.option(
         "--time-unit", default="", show_default=False, help="Unit of t in the file: s, ms, us, ns."
@@ -256,13 +259,13 @@ def reading_options(command: Command, start: str = "--from") -> Command:
     @wraps(command)
     def with_reading(**options: Any) -> Any:
         from symgen.data.columns import IMPORT
-        from symgen.data.raw import Reading, units_from
+        from symgen.data.raw import Reading, separator_of, units_from
         from symgen.errors import IdentificationError, LogError
         from symgen.robot.imported import FORMATS
 
         options |= {key: split_list(options[key]) for key in ("joints", "mask")}
         options["unit"] = units_from(options["unit"] or "")
-        options["separator"] = options["separator"].replace("tab", "\t").replace("\\t", "\t")
+        options["separator"] = separator_of(options["separator"])
         reading = taken(Reading, options)
         try:
             return command(reading=reading, **options)

@@ -1,17 +1,19 @@
 """Read logs from MCAP files and ROS 2 bags with messages sensor_msgs/msg/JointState.
 
-The library rosbags reads both, and bags in SQLite: `pip install 'symgen[ros]'`.
+The library rosbags reads both, and bags in SQLite; mcap reads MCAP files that also have channels of
+another kind, such as JSON: `pip install 'symgen[ros]'`.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from types import SimpleNamespace
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +28,7 @@ _FIELDS = {"q": "position", "qd": "velocity", "tau": "effort"}
 FIELDS = tuple(_FIELDS.values())
 _ACCEPTED = f"an MCAP file or a ROS 2 bag with messages {_TYPE}"
 _SUFFIXES = (".mcap", ".db3")
+_TABLES = (".csv", ".parquet", ".npz")  # a folder of them is no bag
 
 
 class _Message(NamedTuple):
@@ -45,9 +48,60 @@ class _Message(NamedTuple):
         return cls(stamp, received, list(m.name), m.position, m.velocity, m.effort)
 
 
+class _Mcap:
+    """An open MCAP file, with the names that rosbags has."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        from mcap.reader import make_reader
+
+        self.reader = make_reader(file, validate_crcs=True)
+        summary = self.reader.get_summary()
+        if summary is None or summary.statistics is None:
+            refuse("has no index", "the file after `mcap recover`")
+        counts = summary.statistics.channel_message_counts
+        self.connections = []
+        for key, channel in summary.channels.items():
+            schema = summary.schemas.get(channel.schema_id)
+            ext = SimpleNamespace(serialization_format=channel.message_encoding)
+            self.connections.append(
+                SimpleNamespace(
+                    id=key, topic=channel.topic, msgtype=schema.name if schema else "", ext=ext,
+                    msgcount=counts.get(key, 0),
+                )
+            )  # fmt: skip
+
+    def messages(self, channels: Sequence[SimpleNamespace]) -> Iterator[tuple[Any, int, bytes]]:
+        """Yield channel, time of receipt and data of the messages of some channels."""
+        chosen = {c.id for c in channels}
+        for _, channel, message in self.reader.iter_messages([c.topic for c in channels]):
+            if channel.id in chosen:
+                yield channel, message.log_time, message.data
+
+
 def is_bag(path: Path) -> bool:
-    """Return whether a path is an MCAP file, a bag file, or a bag folder."""
-    return (path / "metadata.yaml").is_file() if path.is_dir() else path.suffix.lower() in _SUFFIXES
+    """Return whether a path is an MCAP file, a bag file, or a folder of them without tables."""
+    if not path.is_dir():
+        return path.suffix.lower() in _SUFFIXES
+    return (path / "metadata.yaml").is_file() or bool(_files(path) and not _files(path, _TABLES))
+
+
+def _files(folder: Path, suffixes: Sequence[str] = _SUFFIXES) -> list[Path]:
+    return sorted(p for p in folder.iterdir() if p.suffix.lower() in suffixes)
+
+
+def _whole(path: Path) -> Path:
+    """Return the path, or the only file of a folder without metadata.yaml.
+
+    Raises:
+        LogError: there are several.
+    """
+    if not path.is_dir() or (path / "metadata.yaml").is_file():
+        return path
+    files = _files(path)
+    if len(files) > 1:
+        names = ", ".join(file.name for file in files)
+        refuse(f"has no metadata.yaml for {names}", f"ros2 bag reindex {path}, or one of the files")
+    return files[0]
 
 
 def read_bag(path: Path, wanted: Wanted) -> Raw:
@@ -67,7 +121,7 @@ def read_bag(path: Path, wanted: Wanted) -> Raw:
     fields = _fields(wanted.reading, wanted.currents)
     if find_spec("rosbags") is None:
         refuse("rosbags is not installed", "after pip install 'symgen[ros]'")
-    with _opened(path, wanted.reading.topic) as (announced, messages):
+    with _opened(_whole(path), wanted.reading.topic) as (announced, messages):
         messages_read = list(messages)
     if not messages_read:
         refuse("has no message of joint states", _ACCEPTED)
@@ -109,6 +163,7 @@ def read_bag(path: Path, wanted: Wanted) -> Raw:
     notes = (
         (announced - read, f"{read} of the {announced} messages can be read"),
         (other, f"{other} messages of other joints, or with other fields, left out"),
+        (_whole(path) != path, f"no metadata.yaml; {_whole(path).name} is read"),
         (unstamped, "the stamps in the headers are 0; t is the time when a message was received"),
         (late, f"{late} messages came out of order and were sorted by stamp"),
         (twice, f"{twice} repeated messages left out"),
@@ -145,7 +200,14 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
     # JointState has the same definition in every ROS 2, so any store works.
     store = get_typestore(Stores.ROS2_HUMBLE)
     try:
-        with Reader(path) as bag:
+        with ExitStack() as stack:
+            bag: Any
+            try:
+                bag = stack.enter_context(Reader(path))
+            except Exception:  # it has channels that are none of ROS 2
+                if path.suffix != ".mcap" or find_spec("mcap") is None:
+                    raise
+                bag = _Mcap(stack.enter_context(path.open("rb")))
             states = [c for c in bag.connections if c.msgtype in _TYPES]
             topics = sorted({c.topic for c in states})
             chosen = _topic(topic, topics, sorted({c.topic for c in bag.connections}))

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from shlex import quote
 from typing import NoReturn
 
 from symgen.data.raw import NUMBERED, Wanted, listed, refuse
+from symgen.data.times import FRACTION, fractions
 from symgen.data.units import QUANTITIES, TIMES, split_unit, unit_of
 from symgen.errors import plain
 
@@ -28,7 +30,7 @@ _WORDS = {
 _SECONDS = {"s", "sec", "secs", "seconds", "header"}
 #: Words for commanded quantities, which were not measured.
 _COMMANDS = set(
-    "d des desired target command commanded cmd reference ref goal setpoint error".split()
+    "d des desired target command commanded cmd reference ref goal setpoint error action".split()
 )
 # words of foreign units inside a name
 _FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())
@@ -96,6 +98,7 @@ def matched(
     file: str,
     names: Sequence[str],
     patterns: Mapping[str, str],
+    single: Mapping[str, str],
     wanted: Wanted,
 ) -> tuple[list[str], tuple[str, ...]]:
     """Rename columns of a recorder to those of a log; columns with log names stay.
@@ -104,6 +107,7 @@ def matched(
         file: name of the file.
         names: its column names.
         patterns: patterns from the user, {"q": "*_position"}, where * is the joint.
+        single: columns from the user, {"q1": "E1.pos"}; a pattern is then of the other joints.
         wanted: the robot and the columns to read.
 
     Returns:
@@ -113,46 +117,68 @@ def matched(
         LogError: a role has several patterns, or lacks columns of joints.
     """
     roles = {match[1] for name in names if (match := NUMBERED.fullmatch(name))}
-    if not patterns and "t" in names and "q" in roles and roles & {"tau", "i", "qr"}:
-        return list(names), ()  # log names; other columns are ignored
+    matches = [f"{own} = {theirs}" for own, theirs in single.items()]
+    known = "t" in names and "q" in roles and roles & {"tau", "i", "qr"}
+    if known and not patterns:  # log names; other columns are ignored
+        return list(names), _line(file, matches)
     ours: dict[str, str] = {}
-    matches = []
-    if "t" not in names and (time := _time(names)) is not None:
-        ours[time] = "t"
-        matches.append(f"t = {time}")
+    if "t" not in names and (time := _time(names)):
+        ours |= dict(zip(time, ("t", FRACTION), strict=False))
+        matches.append(f"t = {'+'.join(time)}")
     of = ""
     for role in ("q", "qd", "tau", "i"):
         has_torque = "tau" in roles or "tau1" in ours.values()
+        # the joints without a column of their own, and columns of no joint
+        free = [j for j in range(len(names) + (wanted.n or 0)) if f"{role}{j + 1}" not in single]
+        names_of_free = [joint for j, joint in enumerate(wanted.joints) if j in free]
+        n = wanted.n and sum(j < wanted.n for j in free)
+        rest = wanted
+        if n != wanted.n:
+            rest = replace(wanted, n=n, joints=names_of_free, sigma=(), fixed=())
         if role in patterns:
-            pattern, columns = patterns[role], _user_pattern(names, role, patterns[role], wanted)
+            pattern, columns = patterns[role], _user_pattern(names, role, patterns[role], rest)
         elif role in roles or (role == "i" and has_torque and not wanted.currents):
             continue
         else:
-            pattern, columns = _only_pattern(names, role, wanted)
+            pattern, columns = _only_pattern(names, role, rest)
         if columns:
             first, last = min(columns), max(columns)
-            ours |= {column: f"{role}{place - first + 1}" for place, column in columns.items()}
+            ours |= {column: f"{role}{free[k - first] + 1}" for k, column in columns.items()}
             matches.append(f"{role} = {pattern}")
             if "*" in pattern:
-                joints = wanted.joints if first == 0 and last < len(wanted.joints) else ()
-                named = joints and short_name(joints[0]) in columns[0]
-                of = f"; * = {', '.join(joints) if named else f'{first} to {last}'}"
-    line = f"{file}: columns by name: {', '.join(matches)}{of}"
-    return [ours.get(name, name) for name in names], (line,) if matches else ()
+                joints = ", ".join(rest.joints)
+                named = joints and short_name(rest.joints[0]) in columns[first]
+                numbers = f"{first} to {last}" + (f" for {joints}" if joints else "")
+                of = f"; * = {joints if named else numbers}"
+    return [ours.get(name, name) for name in names], _line(file, matches, of)
 
 
-def _time(names: Sequence[str]) -> str | None:
-    """Return the only time column, or None; one in s is preferred."""
+def _line(file: str, matches: Sequence[str], of: str = "") -> tuple[str, ...]:
+    return (f"{file}: columns by name: {', '.join(matches)}{of}",) if matches else ()
+
+
+def _time(names: Sequence[str]) -> list[str]:
+    """Return the only time column, or columns of seconds and of their rest; [] if there are none.
+
+    A time in s is preferred.
+    """
+    pairs = fractions(names)
     times = []
     for name in names:
-        tokens = {token.lower() for token in _TOKEN.findall(split_unit(name)[0])}
-        if len(tokens & TIMES) == 1 and tokens <= TIMES | _SECONDS:
+        tokens = _tokens(split_unit(name)[0])
+        one = len(tokens & TIMES) == 1 and tokens <= TIMES | _SECONDS
+        if one or (name in pairs and tokens <= TIMES | _SECONDS):
             times.append(name)
-    times = _in_si(times, ("time",))
+    times = _in_si(times, ("time",)) or (list(pairs) if len(pairs) == 1 else [])
+    texts = ["+".join(map(_shown, _with_rest(name, pairs))) for name in times]
     if len(times) > 1:
-        what = f"{' and '.join(map(_shown, times[:3]))} are times"
-        refuse(what, f'one column t, as by --columns "t={_shown(times[0])}"')
-    return times[0] if times else None
+        what = f"{' and '.join(texts[:3])} are times"
+        refuse(what, f'one column t, as by --columns "t={texts[0]}"')
+    return [part for name in times for part in _with_rest(name, pairs)]
+
+
+def _with_rest(name: str, pairs: Mapping[str, str]) -> list[str]:
+    return [name, pairs[name]] if name in pairs else [name]
 
 
 def _in_si(names: list[str], quantities: Sequence[str]) -> list[str]:
@@ -173,7 +199,7 @@ def _shown(name: str) -> str:
 def _role(pattern: str) -> str | None:
     """Return the quantity from a column name with * for its joint; None if unclear."""
     text = pattern.replace("*", "1").strip(" _")
-    tokens = {token.lower() for token in _TOKEN.findall(split_unit(text)[0])}
+    tokens = _tokens(split_unit(text)[0])
     if tokens & (_COMMANDS | _FOREIGN):
         return None
     roles = [role for role, words in _WORDS.items() if tokens & words]
@@ -191,6 +217,11 @@ def _only_pattern(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str,
     if not complete:
         runs = {p: c for p, c in by_number(names, n).items() if _role(p) == role}
         complete = {p: c for p, c in runs.items() if len(c) == n} or runs
+        if role == "qd" and not any(wanted.kept(len(c)) for c in complete.values()):
+            return "", {}  # speeds of some joints are no speeds
+        for pattern, columns in complete.items():
+            if len(complete) == 1 and len(columns) < (n or 0):
+                _refuse_few(names, role, pattern, columns, wanted)
     preferred = _in_si(list(complete), QUANTITIES[role])
     complete = {p: c for p, c in complete.items() if p in preferred}
     if len(complete) > 1:
@@ -198,6 +229,19 @@ def _only_pattern(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str,
         what = f"{role} may be {first} or {second}, with * for the joint"
         refuse(what, f'--columns "{role}={first}", or another')
     return next(iter(complete.items()), ("", {}))
+
+
+def _refuse_few(
+    names: Sequence[str], role: str, pattern: str, columns: Pattern, wanted: Wanted
+) -> None:
+    """Refuse a pattern by number with fewer columns than joints, if other columns may be theirs."""
+    likely = [name for name in names if _role(name) == role and name not in columns.values()]
+    if not likely and role != "q":
+        likely = _spare(names, role, columns)
+    if likely:
+        what = f"{_shown(pattern)} has {len(columns)} columns for {wanted.n} joints"
+        pairs = f'--columns "{role}1={_shown(likely[0])},{role}={_shown(pattern)}"'
+        refuse(what, f"{pairs}, with the number of its joint")
 
 
 def _across_units(patterns: Mapping[str, Pattern]) -> dict[str, Pattern]:
@@ -243,7 +287,7 @@ def _spare(names: Sequence[str], role: str, columns: Pattern) -> list[str]:
     out = []
     for name in names:
         text, unit = split_unit(name)
-        tokens = {token.lower() for token in _TOKEN.findall(text)}
+        tokens = _tokens(text)
         taken = name in columns.values() or NUMBERED.fullmatch(name) or tokens & (TIMES | _COMMANDS)
         fits = not unit or any(unit_of(unit, quantity) for quantity in QUANTITIES[role])
         if name and not taken and fits and _role(name) in (None, role):
@@ -254,15 +298,18 @@ def _spare(names: Sequence[str], role: str, columns: Pattern) -> list[str]:
 def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str:
     """Return the option --columns that the header suggests for some roles, or ""."""
     patterns = {**by_name(names, wanted.joints), **by_number(names, wanted.n)}
+    measured = {p: c for p, c in patterns.items() if not _tokens(p) & _COMMANDS}
     pairs = []
     for role in roles:
         words = [word for word in _WORDS[role] if len(word) > 2]
-        for pattern in patterns:
-            tokens = {token.lower() for token in _TOKEN.findall(pattern)}
-            if not tokens & _COMMANDS and any(word in pattern.lower() for word in words):
-                pairs.append(f"{role}={_shown(split_unit(pattern)[0])}")
-                break
+        fits = [p for p in measured if any(word in p.lower() for word in words)]
+        fits += [p for p, c in measured.items() if _role(p) is None and len(c) >= (wanted.n or 1)]
+        pairs += [f"{role}={_shown(split_unit(pattern)[0])}" for pattern in fits[:1]]
     return f'--columns "{",".join(pairs)}"' if pairs else ""
+
+
+def _tokens(name: str) -> set[str]:
+    return {token.lower() for token in _TOKEN.findall(name)}
 
 
 def short_name(joint: str) -> str:
@@ -321,5 +368,11 @@ def _user_pattern(names: Sequence[str], role: str, pattern: str, wanted: Wanted)
         if len(columns_by_star) == wanted.n:
             stars = ",".join(map(_shown, columns_by_star))
             refuse(what, f"--joints {stars}, in the order of the robot's joints")
+        for group in groups.values():
+            if len(group) > (wanted.n or len(group)):
+                first = [columns_by_star[group[k]] for k in sorted(group)][: wanted.n]
+                pairs = [f"{role}{k}={column}" for k, column in enumerate(first, 1)]
+                what = f"{pattern} has {len(group)} columns for {wanted.n} joints"
+                refuse(what, f'--columns "{plain(",".join(pairs))}", or others')
         refuse(what, f"a pattern with * for the joint's name or number, of {listed(names)}")
     return {joint: columns_by_star[star] for joint, star in groups[min(complete, key=len)].items()}

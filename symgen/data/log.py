@@ -36,15 +36,15 @@ from symgen.data.raw import (
 from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
 from symgen.data.stretch import GAP
-from symgen.data.tables import SUFFIXES, TEXTS, open_table, read_all
-from symgen.data.units import Converted, converted
+from symgen.data.tables import SUFFIXES, TEXTS, names_of, open_table, read_all
+from symgen.data.units import Converted, converted, sign_bit, split_unit
 from symgen.errors import located, plain
 from symgen.names import PRISMATIC
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-    from symgen.robot.tables import Drive
+    from symgen.robot.tables import Drive, LogForm
 
 #: Fewer samples determine neither a derivative nor a noise level.
 MIN_SAMPLES = 10
@@ -55,13 +55,13 @@ Rows = TypeVar("Rows", bound="DataclassInstance")
 #: Range of a revolute joint in rad above which its positions are probably in degrees.
 _MAX_RANGE = 50.0
 _DEGREES = 180.0 / np.pi
+_SI_OF = {"tau": "Nm", "i": "A"}
 _CHANGING = 0.95  # share of stamps that differ from the previous one, in a file that rounds them
 _CHECKED_SAMPLES = 1 << 14  # samples that show the unit of the speeds
 _FILES = "a .csv, .tsv, .txt, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
 #: Ending of a file that symgen does not read -> how to convert it.
 _CONVERTED = {
-    ".mat": "an .npz: numpy.savez('log.npz', **{k: x for k, x in "
-    "scipy.io.loadmat('log.mat', squeeze_me=True).items() if k[0] != '_'})",
+    ".mat": "an .npz: numpy.savez('log.npz', **scipy.io.loadmat('log.mat'))",
     ".bag": "a ROS 2 bag: rosbags-convert --src log.bag --dst log",
 }
 
@@ -74,7 +74,6 @@ def read_log(
     drive: Drive | None = None,
     reading: Reading | None = None,
     names: Sequence[str] = (),
-    columns: str = "",
 ) -> Log:
     """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
@@ -95,7 +94,6 @@ def read_log(
             i1.. are read if the drive has torque constants.
         reading: names of columns, joints and topic in the file, and the span of time.
         names: names of the movable joints of the robot, for bags and column names.
-        columns: names of columns in [log] of the robot, for a file without those of a log.
 
     Returns:
         The checked log.
@@ -104,9 +102,8 @@ def read_log(
         LogError: the file cannot be read, or fails the checks of `make_log`.
     """
     with located(path):
-        mapping = columns_from(columns)
-    reading, types = reading or Reading(), tuple(sigma or ())
-    return read_wanted(path, Wanted(reading, drive, names, n, types, mapping))
+        reading, types = reading or Reading(), tuple(sigma or ())
+    return read_wanted(path, Wanted(reading, drive, names, n, types))
 
 
 def read_wanted(path: str | Path, wanted: Wanted) -> Log:
@@ -122,9 +119,7 @@ def read_wanted(path: str | Path, wanted: Wanted) -> Log:
                 if reading.time_unit or roles_with_unit(reading) - {"tau", "i"}:
                     what = "--unit and --time-unit: positions, speeds and stamps of messages are "
                     refuse(f"{what}in rad, rad/s and s", "--unit of tau or i")
-                fields = {o: theirs for o, theirs in wanted.columns.items() if theirs in FIELDS}
-                with_fields = replace(reading, columns=reading.pairs or fields)
-                raw = converted(read_bag(path, replace(wanted, reading=with_fields)), wanted)
+                raw = converted(read_bag(path, wanted), wanted)
             elif path.suffix.lower() not in (*SUFFIXES, *TEXTS):
                 how = _CONVERTED.get(path.suffix.lower(), _FILES)
                 refuse(f"the extension {path.suffix!r} is not known", how)
@@ -134,6 +129,44 @@ def read_wanted(path: str | Path, wanted: Wanted) -> Log:
         except (OSError, ValueError) as error:
             refuse(f"cannot be read: {error}", _FILES)
         return checked_log(plain(path.name), raw, wanted)
+
+
+def reading_of(name: str, reading: Reading, log: LogForm | None) -> Reading:
+    """Return the options of reading a file, completed with [log] of the robot file.
+
+    A file with the names of a log (q1, tau1), such as a simulated one, is not in the form of [log],
+    unless [log] names columns that the file has.
+
+    Args:
+        name: the file or URL.
+        reading: options from the user.
+        log: the table [log].
+
+    Raises:
+        LogError: it is unclear whether the units of [log] are those of the file.
+    """
+    if log is None:
+        return reading
+    full = reading.over(log)
+    if is_bag(Path(name)):
+        fields = {ours: theirs for ours, theirs in full.pairs.items() if theirs in FIELDS}
+        return replace(reading, columns=reading.columns or fields, joints=full.joints)
+    names = names_of(name, reading)
+    bare = {split_unit(column)[0] for column in names}
+    if not {"q1", "q"} & bare or not {"tau1", "i1", "tau", "i"} & bare:
+        return full
+    if log.columns and all(_is_there(x, names) for x in columns_from(log.columns).values()):
+        return full
+    stated = (full.unit, full.time_unit) == (reading.unit, reading.time_unit)
+    if not log.columns and not stated:
+        what = "[log] of the robot file has units and no columns, and the file has those of a log"
+        refuse(what, "columns in [log], such as q=q*,tau=tau*; or --unit rad (deg), --time-unit s")
+    return reading
+
+
+def _is_there(column: str, names: Sequence[str]) -> bool:
+    first, _, last = column.split("+")[0].partition("*")
+    return any(name.startswith(first) and name.endswith(last) for name in names)
 
 
 def make_log(
@@ -262,6 +295,8 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
             arrays[role] = _filled(role, arrays[role], empty, t, raw.names, part)
             _require_finite(role, arrays[role], t, raw.names)
             missing[:, :, k] |= empty
+            if k == 2 and role not in roles_with_unit(wanted.reading):
+                _require_signed(role, arrays[role], raw.names)
     missing.setflags(write=False)
     if "imu" in arrays:
         columns = {f"imu{k}": name for k, name in enumerate(IMU, 1)}
@@ -419,6 +454,15 @@ def _require_finite(role: str, array: FloatArray, t: FloatArray, names: Mapping[
         value = array[sample, j]
         shown = "nan, or an empty cell" if np.isnan(value) else f"{value}"
         refuse(f"column {column}, sample {sample}{when}: {shown}", "finite numbers")
+
+
+def _require_signed(role: str, x: FloatArray, names: Mapping[str, str]) -> None:
+    """Refuse torques or currents (N, n) that are counts with the sign in a bit."""
+    for j, counts in enumerate(x.T):
+        bit = sign_bit(counts)
+        if bit is not None:
+            what = f"column {_shown(f'{role}{j + 1}', names)} has counts whose sign is in bit {bit}"
+            refuse(what, f"--unit {role}=sign{bit}, or --unit {role}={_SI_OF[role]}")
 
 
 def _require_radians(

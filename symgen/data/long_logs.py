@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.data.bags import is_bag
-from symgen.data.log import Log, checked_log
+from symgen.data.log import Log, checked_log, reading_of
 from symgen.data.raw import Reading, readable, refuse, wanted_by
 from symgen.data.stretch import holes
 from symgen.data.tables import SUFFIXES, Table, open_table, reads_rows, rows_of
@@ -130,6 +130,8 @@ def stretches(name: str, robot: Robot, reading: Reading) -> list[Stretch]:
         LogError: the file cannot be read, or time decreases.
     """
     edges, times, row, step, last = [0], list[float](), 0, 0.0, np.zeros(0)
+    with located(name):
+        reading = reading_of(name, reading, robot.log)
     with located(name), _opened(name, robot, reading) as table:
         for piece in table.times():
             with np.errstate(over="ignore"):  # too large numbers are refused below
@@ -173,7 +175,7 @@ def read_rows(
     Raises:
         LogError: the file cannot be read, or its rows fail the checks of a log.
     """
-    name = label or stretch.name
+    name, reading = label or stretch.name, reading_of(stretch.file, reading, robot.log)
     with located(stretch.file), _opened(stretch.file, robot, reading, stretch.units) as table:
         (raw,) = table.spans([rows])
         with located(f"rows {rows[0]} to {rows[1]}"):

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from symgen.errors import LogError, SymgenError, plain
 
 if TYPE_CHECKING:
-    from symgen.robot.tables import Drive
+    from symgen.robot.tables import Drive, LogForm
     from symgen.robot.types import Robot
 
 FloatArray = npt.NDArray[np.float64]
@@ -72,21 +72,28 @@ def units_from(text: str) -> dict[str, str]:
     return {ours.strip() if sign else "": (unit or ours).strip() for ours, sign, unit in pairs}
 
 
+def separator_of(text: str) -> str:
+    """Return the separator that a text names: a character, or the word tab."""
+    return text.replace("tab", "\t").replace("\\t", "\t")
+
+
 @dataclass(frozen=True)
 class Reading:
     """Options for reading logs; the same for every log of a command.
 
     Attributes:
         columns: log column -> column of the file, {"t": "time", "q1": "shoulder"}; or a pattern
-            with * for the joint, {"q": "*_position"}; or the field of a message, {"i": "effort"};
-            or the text of --columns, "t=time,q=*_position". Empty for [log] of the robot.
+            with * for the joint, {"q": "*_position"}, for the joints without a column of their own;
+            or seconds and their rest, {"t": "sec+nanosec"}; or the field of a message,
+            {"i": "effort"}; or the text of --columns, "t=time,q=*_position". Empty for [log] of the
+            robot.
         joints: names of the movable joints in the file, in the order of the robot; empty for the
             names of the robot.
         topic: topic of the messages in a bag; "" if only one topic has joint states.
         start, until: first and last time of each log to use, s of its column t; None for all.
         mask: samples to leave out of the equations: "rest", "saturation", or both.
         unit: column or role -> its unit in the file, {"q": "deg", "tau1": "mNm"}; "" for all
-            angles, {"": "deg"}.
+            angles, {"": "deg"}; "sign10" for counts with the sign in bit 10.
         time_unit: unit of t in the file, "s", "ms", "us" or "ns"; "" if it is s, or if the header
             states it.
         separator: character between the columns of a CSV; "" for that of its header.
@@ -152,6 +159,15 @@ class Reading:
         assert not isinstance(self.columns, str)
         return self.columns
 
+    def over(self, log: LogForm) -> Reading:
+        """Return these options, completed with [log] of a robot file."""
+        own = {key: value for key, value in vars(self).items() if value}
+        unit, separator = units_from(log.unit), separator_of(log.separator)
+        header = self.header and log.header
+        return Reading(
+            **(vars(log) | {"unit": unit, "separator": separator} | own | {"header": header})
+        )
+
     @property
     def span(self) -> tuple[float, float]:
         """First and last time to use, s."""
@@ -169,7 +185,6 @@ class Wanted:
         joints: names of the movable joints; they may be empty.
         n: number of movable joints, or None if unknown.
         sigma: types of the movable joints; empty if all are revolute.
-        columns: columns from the robot file, for files without log names.
         fixed: numbers of the fixed joints.
         fixes: the value of `import --fix` that holds each movable joint.
     """
@@ -179,7 +194,6 @@ class Wanted:
     joints: Sequence[str] = ()
     n: int | None = None
     sigma: Sequence[int] = ()
-    columns: Mapping[str, str] = field(default_factory=dict)
     fixed: Collection[int] = ()
     fixes: Sequence[str] = ()
 
@@ -207,8 +221,7 @@ class Wanted:
 def wanted_by(robot: Robot, reading: Reading) -> Wanted:
     """Return what to read for a robot."""
     return Wanted(
-        reading, robot.drive, robot.joint_names, robot.n, robot.sigma,
-        columns_from(robot.log_columns), robot.fixed, robot.fixes,
+        reading, robot.drive, robot.joint_names, robot.n, robot.sigma, robot.fixed, robot.fixes
     )  # fmt: skip
 
 

@@ -11,7 +11,6 @@ import math
 import re
 import struct
 import zipfile
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field, replace
@@ -23,14 +22,12 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from symgen.data.columns import joints_of_file, matched, suggested
-from symgen.data.csv_form import CsvForm, csv_form
+from symgen.data.csv_form import csv_form, read_csv
+from symgen.data.groups import assigned, with_joints
 from symgen.data.raw import (
     BESIDE,
     COLUMNS,
-    IMU,
     KEYS,
-    NUMBERED,
     ROLES,
     FloatArray,
     Places,
@@ -44,19 +41,13 @@ from symgen.data.raw import (
     require_shapes,
     require_size,
 )
-from symgen.data.units import IN_SI, Units, split_unit, units_of
+from symgen.data.times import FRACTION, joined
+from symgen.data.units import IN_SI, Units, units_of
 from symgen.data.urls import is_remote, open_remote
-from symgen.errors import SymgenError, located, plain
+from symgen.errors import SymgenError, located
 
 BATCH = 1 << 15  # rows to read at once
 _SHOWN = 1 << 14  # rows that show the rate of a file
-#: Accepted content of a time column.
-_TIMES = "seconds, or dates such as 2026-01-31T13:00:00.250"
-#: Characters that may separate the columns of a table that was read as one column.
-_MARKS = ",;|: "
-# column name of an array in a message
-_INDEXED = re.compile(r"(|.*[^A-Za-z])([A-Za-z]+)(\W*[0-9]+\W*)")
-_PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
 _BUFFER = 1 << 20  # bytes to read at once
 _HEADER = struct.Struct("<4s22xHH")  # of a file in an archive: signature, lengths of two names
 _SIGNATURE = b"PK\x03\x04"
@@ -105,6 +96,20 @@ def _in_si(table: Table, wanted: Wanted, units: Units | None) -> Table:
     return replace(table, units=units or IN_SI)
 
 
+def names_of(name: str, reading: Reading) -> Sequence[str]:
+    """Return the columns of a table, or the arrays of an NPZ; () if it cannot be read."""
+    suffix = name[name.rfind(".") :].lower()
+    with suppress(SymgenError, OSError, ValueError, zipfile.BadZipFile, csv.Error):
+        if suffix == ".parquet":
+            with parquet_file(name) as file:
+                return [*_elements(file)]
+        if suffix == ".npz":
+            with zipfile.ZipFile(name) as archive:
+                return [key.removesuffix(".npy") for key in archive.namelist()]
+        return csv_form(Path(name), reading).header
+    return ()
+
+
 def read_all(table: Table) -> Raw:
     """Read all rows of a table as C-contiguous arrays."""
     (raw,) = table.spans([(0, table.rows)])
@@ -151,8 +156,14 @@ class ColumnTable:
 
     def times(self) -> Iterator[NDArray[Any]]:
         """Yield the time column in batches."""
-        for batch in self.batches([self.stored["t"]], range(len(self.ends))):
-            yield self.units.seconds(_numbers(batch.column(0)))
+        stored = [self.stored[column] for column in self.groups["t"].values()]
+        for batch in self.batches(stored, range(len(self.ends))):
+            yield self.units.seconds(self._stamps(batch.columns))
+
+    def _stamps(self, columns: Sequence[Any]) -> NDArray[Any]:
+        """Return the time column, or seconds and their rest in one."""
+        seconds, *rest = map(_numbers, columns)
+        return joined(seconds, rest[0], self.names[FRACTION]) if rest else seconds
 
     def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
         """Yield spans of rows; each group of rows is decoded once.
@@ -177,9 +188,9 @@ class ColumnTable:
                 if batch is None:
                     refuse(f"ends before row {last}", "a file that does not change")
                 if row + batch.num_rows > first:
+                    times = len(self.groups["t"])  # the first columns
                     columns = dict(zip(used, map(_numbers, batch.columns), strict=True))
-                    if "t" in columns:
-                        columns["t"] = self.units.seconds(columns["t"])
+                    columns["t"] = self.units.seconds(self._stamps(batch.columns[:times]))
                     held.append((row, columns))
                 row += batch.num_rows
             arrays: dict[str, NDArray[Any]] = {}
@@ -208,7 +219,9 @@ def _stamps(
 
 def _numbers(column: Any) -> NDArray[Any]:
     """Return an Arrow column as an array, without a copy if possible."""
-    if column.null_count == 0 and "timestamp" not in str(column.type):
+    import pyarrow as pa
+
+    if column.null_count == 0 and not pa.types.is_temporal(column.type):
         with suppress(AttributeError, TypeError):  # not numeric, or an older Arrow
             return np.from_dlpack(column)
     return np.asarray(column.to_numpy(zero_copy_only=False))  # imports pandas if installed
@@ -243,110 +256,22 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
         LogError: the file is not a table of numbers with the columns of a log.
     """
     form = csv_form(path, wanted.reading)
-    names, groups, notes = _assigned(_with_joints(form, wanted), path.name, wanted)
+    names, groups, notes = assigned(with_joints(path, form, wanted), path.name, wanted)
     # Column numbers as names: names of the file may occur twice.
     stored = {name: str(k) for k, name in enumerate(names)}
-    table = _read_csv(path, form, {stored[name]: name for name in _columns(groups)})
-    if (form.separator, form.decimal) != (",", "."):
-        notes = (f"{path.name}: {form.shown}", *notes)
+    table = read_csv(path, form, {stored[name]: name for name in _columns(groups)})
+    changed = [] if (form.separator, form.decimal) == (",", ".") else [form.shown]
+    lines = (f"{path.name}: {note}" for note in (*form.notes, *changed))
     return ColumnTable(
         np.array([table.num_rows]), groups, stored, dict(zip(names, form.header, strict=True)),
-        notes, lambda columns, _: iter(table.select(columns).to_batches()),
+        (*lines, *notes), lambda columns, _: iter(table.select(columns).to_batches()),
     )  # fmt: skip
 
 
-def _read_csv(path: Path, form: CsvForm, used: Mapping[str, str]) -> Any:
-    """Return columns of a CSV as an Arrow table of numbers; the column t may contain dates.
-
-    Args:
-        path: the file.
-        form: form of the CSV.
-        used: number of a column, from 0 -> log column.
-
-    Raises:
-        LogError: a row has another number of cells than the header, or a cell is not a number.
-    """
-    import pyarrow as pa
-    import pyarrow.csv as pacsv
-
-    if not form.first:
-        refuse("has a header and no samples", form.accepted)
-    columns = [str(k) for k in range(len(form.header))]
-    rows: list[Any] = []  # rows with another number of cells
-
-    def refused(row: Any) -> str:
-        rows.append(row)
-        return "error"
-
-    def table(types: Mapping[str, Any], threads: bool) -> Any:
-        return pacsv.read_csv(
-            path,
-            pacsv.ReadOptions(column_names=columns, skip_rows=form.skipped, use_threads=threads),
-            pacsv.ParseOptions(delimiter=form.separator, invalid_row_handler=refused),
-            pacsv.ConvertOptions(
-                include_columns=list(used), column_types=types, decimal_point=form.decimal
-            ),
-        )
-
-    try:
-        found = table({k: pa.float64() for k, name in used.items() if name != "t"}, True)
-        times = [found.schema.field(k).type for k, name in used.items() if name == "t"]
-        if all(map(_is_time, times)):
-            return found
-        error = f"column t holds {times[0]}"
-    except pa.ArrowInvalid as invalid:
-        error = str(invalid)
-    rows.clear()
-    # The reader counts rows on a single thread only.
-    with suppress(pa.ArrowInvalid):
-        texts = table(dict.fromkeys(used, pa.string()), False)
-        _require_numbers(texts.to_pydict(), form, used)
-    if rows:
-        sample, cells = rows[0].number - form.skipped - 1, rows[0].actual_columns
-        error = f"sample {sample}: {cells} values for {len(columns)} columns"
-    return refuse(error, form.accepted)
-
-
-def _is_time(kind: Any) -> bool:
+def _is_stamp(kind: Any) -> bool:
     import pyarrow as pa
 
-    tests = (pa.types.is_integer, pa.types.is_floating, pa.types.is_timestamp)
-    return any(test(kind) for test in tests)
-
-
-def _require_numbers(
-    texts: Mapping[str, Sequence[str]], form: CsvForm, used: Mapping[str, str]
-) -> None:
-    """Refuse the first cell of a CSV that is not a number."""
-    swapped = str.maketrans(",.", ".,") if form.decimal == "," else {}
-    for k, name in used.items():
-        for sample, cell in enumerate(texts[k]):
-            try:
-                float(cell.translate(swapped) or "nan")
-            except ValueError:
-                header = form.header[int(k)]
-                shown = name if header == name else f"{header} ({name})"
-                what = f"column {shown}, sample {sample}: {cell[:40]!r} is not a number"
-                refuse(what, f"{_TIMES}, in {form.accepted}" if name == "t" else form.accepted)
-
-
-def _with_joints(form: CsvForm, wanted: Wanted) -> list[str]:
-    """Return the header, with the joint that text columns name in its columns: field.name0 = elbow.
-
-    Raises:
-        LogError: the names change, or are not those of the robot's joints.
-    """
-    header = list(form.header)
-    matches = [(k, m) for k, name in enumerate(header) if (m := _INDEXED.fullmatch(name))]
-    named = {
-        m.group(1, 3): " ".join(dict.fromkeys(form.cells(k))) for k, m in matches if m[2] == "name"
-    }
-    for k, m in matches:
-        if joint := named.get(m.group(1, 3)):
-            header[k] = f"{m[1]}{m[2]}.{joint}"
-    if named:
-        joints_of_file(wanted, [*named.values()])
-    return header
+    return bool(pa.types.is_timestamp(kind) or pa.types.is_duration(kind))
 
 
 def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
@@ -358,12 +283,14 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
     import pyarrow as pa
 
     schema, about = file.schema_arrow, file.metadata
-    names, groups, notes = _assigned(schema.names, Path(name).name, wanted)
-    used, stored = _columns(groups), dict(zip(names, schema.names, strict=True))
+    elements = _elements(file)
+    names, groups, notes = assigned([*elements], Path(name).name, wanted)
+    used, stored = _columns(groups), dict(zip(names, elements, strict=True))
     for column in used:
-        kind = schema.types[names.index(column)]
+        source, place = elements[stored[column]]
+        kind = schema.field(source).type if place is None else schema.field(source).type.value_type
         numeric = pa.types.is_integer(kind) or pa.types.is_floating(kind)
-        if not (numeric or (column == "t" and pa.types.is_timestamp(kind))):
+        if not (numeric or (column == "t" and _is_stamp(kind))):
             shown = column if stored[column] == column else f"{stored[column]} ({column})"
             refuse(f"column {shown} holds {kind}", "floats or integers")
     if not is_remote(name):
@@ -371,8 +298,44 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
     sizes = [about.row_group(k).num_rows for k in range(about.num_row_groups)]
     return ColumnTable(
         np.cumsum(sizes, dtype=np.int64), groups, stored, stored, notes,
-        lambda columns, chosen: batches(file, columns, chosen),
+        lambda columns, chosen: _picked(file, [elements[c] for c in columns], chosen),
     )  # fmt: skip
+
+
+def _elements(file: Any) -> dict[str, tuple[str, int | None]]:
+    """Return the columns of a Parquet file, each element of a list as its own: "state[0]".
+
+    Returns:
+        Name -> column of the file, and place in its lists or None. A list has as many elements as
+        in the first row.
+    """
+    schema = file.schema_arrow
+    lists = [field.name for field in schema if hasattr(field.type, "value_type")]
+    batch = next(batches(file, lists), None) if lists else None
+    first = {} if batch is None else batch.slice(0, 1).to_pylist()[0]
+    out: dict[str, tuple[str, int | None]] = {}
+    for name in schema.names:
+        cell = first.get(name)
+        count = len(cell) if isinstance(cell, list) else 0
+        out |= {f"{name}[{k}]": (name, k) for k in range(count)}
+        out |= {} if count else {name: (name, None)}
+    return out
+
+
+def _picked(
+    file: Any, elements: Sequence[tuple[str, int | None]], groups: Sequence[int]
+) -> Iterator[Any]:
+    """Yield columns, or elements of columns with lists, in batches."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    for batch in batches(file, sorted({column for column, _ in elements}), groups):
+        with arrow_reads():
+            arrays = [
+                batch[column] if place is None else pc.list_element(batch[column], place)
+                for column, place in elements
+            ]
+        yield pa.record_batch(arrays, [str(k) for k in range(len(arrays))])
 
 
 @contextmanager
@@ -418,105 +381,6 @@ def batches(
 def arrow_reads() -> AbstractContextManager[None]:
     """Turn errors of Arrow or of a server into a LogError."""
     return readable("is not a readable Parquet file", f"a Parquet table of {COLUMNS}")
-
-
-def _assigned(
-    stored: Sequence[str], file: str, wanted: Wanted
-) -> tuple[list[str], dict[str, dict[int, str]], tuple[str, ...]]:
-    """Assign roles to the columns of a table.
-
-    Returns:
-        Log names in the order of `stored`, log columns by role and joint, and notes on automatic
-        matches.
-
-    Raises:
-        LogError: a column is missing, or occurs twice.
-    """
-    names = [name.strip() for name in stored]
-    wanted = replace(wanted, joints=wanted.reading.joints or wanted.joints)
-    own = "q1" in names and ("tau1" in names or "i1" in names)
-    columns = dict(wanted.reading.pairs or ({} if own else wanted.columns))
-    patterns = {o: columns.pop(o) for o, theirs in [*columns.items()] if "*" in theirs and o != "t"}
-    for ours, theirs in columns.items():
-        if ours not in ("t", *IMU) and NUMBERED.fullmatch(ours) is None:
-            refuse(f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
-        if theirs not in names:
-            refuse(f"there is no column {theirs!r} (--columns {ours})", listed(names))
-    ours_of = {theirs: ours for ours, theirs in columns.items()}
-    given = [
-        ours_of.get(name, f"{name} (of the file)" if name in columns else name) for name in names
-    ]
-    # A header with a unit, q1 [deg], counts as q1 if there is only one such column.
-    bare = [split_unit(name)[0] for name in given]
-    count = Counter(bare)
-    given = [
-        own if (own == "t" or NUMBERED.fullmatch(own)) and count[own] == 1 else name
-        for name, own in zip(given, bare, strict=True)
-    ]
-    from_zero = [role for role in ROLES if f"{role}0" in given]
-    for place, name in enumerate(given):
-        match = NUMBERED.fullmatch(name)
-        if match and match[1] in from_zero:
-            given[place] = f"{match[1]}{int(match[2]) + 1}"
-    found, notes = matched(file, given, patterns, wanted)
-    if from_zero:
-        notes = (*notes, f"{file}: {', '.join(from_zero)} count joints from 0")
-    return found, _groups(found, names, wanted), notes
-
-
-def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str, dict[int, str]]:
-    """Group column names by role and number: {"t": {0: t}, "q": {0: q1, ..}, ..}.
-
-    Args:
-        names: log names, or names that symgen does not know.
-        stored: names of these columns in the file.
-        wanted: the robot and the columns to read.
-    """
-    named = [name for name in names if name]
-    for name, count in Counter(named).most_common(1):
-        if count > 1:
-            refuse(f"the column {name} occurs {count} times", "each column once")
-    numbered = [match for name in named if (match := NUMBERED.fullmatch(name))]
-    numbers = {
-        role: sorted(int(match[2]) for match in numbered if match[1] == role) for role in ROLES[1:]
-    }
-    measured = numbers["tau"] or (numbers["i"] if wanted.currents else []) or numbers.get("qr")
-    time = "t" in named
-    for role, present in (("t", time), ("q1", numbers["q"]), ("tau1", measured)):
-        if role == "tau1" and not present and numbers["i"]:
-            refuse_currents()
-        if not present:
-            missing = [r for r in ("q", "tau") if not numbers[r]]
-            pairs = suggested(names, missing, wanted) or f'--columns "{_PATTERN[role]}"'
-            how = f"{COLUMNS}, or {pairs}"
-            others = [
-                own
-                for own, name in zip(stored, names, strict=True)
-                if own and name != "t" and NUMBERED.fullmatch(name) is None
-            ]
-            single = stored[0] if len(stored) == 1 else ""
-            marks = [mark for mark in _MARKS if single.count(mark) > 1]
-            if marks:
-                how = f"--separator '{marks[0]}'"
-            elif role == "t" and len(others) == 1 and not {",", "="} & {*others[0]}:
-                how = f'--columns "t={plain(others[0])}"'
-            refuse(f"there is no column {role} among {listed(stored)}", how)
-    imu = {k: name for k, name in enumerate(IMU) if name in named}
-    if not wanted.currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
-        del numbers["i"]
-    groups = {"t": {0: "t"}}
-    if len(imu) == len(IMU):
-        groups["imu"] = imu
-    for role, have in numbers.items():
-        if role in BESIDE:  # only some joints may have it
-            have = [number for number in have if 1 <= number <= len(numbers["q"])]
-        elif have != list(range(1, len(have) + 1)):
-            gap = ", ".join(f"{role}{number}" for number in have)
-            what = f"of the columns {role}1, {role}2, .. there are only {gap}"
-            refuse(what, f"{COLUMNS} of all joints")
-        if have:
-            groups[role] = {number - 1: f"{role}{number}" for number in have}
-    return groups
 
 
 # Arrays of NumPy.
@@ -631,6 +495,10 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
     for role in ("t", "q", "tau"):
         if role not in arrays and not (role == "tau" and arrays.keys() & {"i", "qr"}):
             refuse(f"there is no array {names[role]} among {listed(keys)}", KEYS)
+    t = arrays["t"]
+    if len(t.shape) == 2 and 1 in t.shape:  # of MATLAB
+        in_file = isinstance(t, StoredArray)
+        arrays["t"] = replace(t, shape=(math.prod(t.shape),)) if in_file else t.ravel()
     require_shapes(arrays)
     used = {names.get(role) for role in arrays}
     return Arrays(arrays, tuple(key for key in keys if key not in used))
@@ -707,7 +575,7 @@ def read_columns(
     with located(path), readable("cannot be read", accepted):
         form = csv_form(Path(path), Reading())
         header = {str(k): name for k, name in enumerate(form.header)}
-        table = _read_csv(Path(path), form, header)
+        table = read_csv(Path(path), form, header)
         columns = {
             name: np.asarray(table.column(k), dtype=np.float64) for k, name in header.items()
         }

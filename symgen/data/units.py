@@ -23,22 +23,73 @@ _STEPS = (5e-5, 0.25)
 #: Stamps of the years 2000 to 2100, in s since 1970.
 _DATES = (946684800.0, 4102444800.0)
 _EXACT = 1 << 53  # integers that a double holds
+#: Lowest bit that may be a sign, and smallest share of negative counts by it.
+_LEAST_BIT, _NEGATIVE = 7, 0.05
 #: Words for time in column names.
 TIMES = {"t", "time", "timestamp", "stamp"}
 
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit: its name for messages, and its size in the SI unit of the quantity."""
+    """A unit.
+
+    Attributes:
+        name: its name for messages.
+        quantity: what it measures.
+        size: its size in the SI unit of the quantity; of a share, in the rated value.
+        sign: number of the bit with the sign of a count, from 0; None for usual numbers.
+    """
 
     name: str
     quantity: str
     size: float
+    sign: int | None = None
 
     @property
     def foreign(self) -> bool:
         """Whether symgen has to convert it."""
-        return self.size != 1.0
+        return self.size != 1.0 or self.sign is not None
+
+    def si(self, x: NDArray[Any]) -> NDArray[Any]:
+        """Return values of a column (N,) in the SI unit.
+
+        Raises:
+            LogError: they are no counts with a sign in the bit `sign`.
+        """
+        if self.sign is None:
+            return x * self.size
+        if not is_count(x) or np.nanmax(x, initial=0) >= 2 << self.sign:
+            refuse(
+                f"--unit {self.name}: the column has other values", f"0 to {(2 << self.sign) - 1}"
+            )
+        return with_sign(x, self.sign)
+
+
+def is_count(x: NDArray[Any]) -> bool:
+    """Return whether all values (N,) are whole numbers of 0 or more, or missing."""
+    values = np.nan_to_num(x, nan=0.0)
+    return bool((values >= 0).all() and (values % 1 == 0).all())
+
+
+def with_sign(counts: NDArray[Any], bit: int) -> NDArray[Any]:
+    """Return counts (N,) whose sign is a bit as usual numbers."""
+    top = 1 << bit
+    return np.where(counts >= top, top - counts, counts)
+
+
+def sign_bit(counts: NDArray[Any]) -> int | None:
+    """Return the bit with the sign of counts (N,); None if they are usual numbers.
+
+    With the bit as the sign, the steps between samples are smaller than with the counts as they are
+    or with two's complement.
+    """
+    bit = int(counts.max(initial=0)).bit_length() - 1
+    high = counts >= 1 << max(bit, 0)
+    if bit < _LEAST_BIT or not is_count(counts) or high.mean() < _NEGATIVE:
+        return None
+    ways = counts, counts - high * (2 << bit), with_sign(counts, bit)
+    *others, steps = (np.sum(np.diff(y) ** 2) for y in ways)
+    return bit if steps < 0.5 * min(others) else None
 
 
 #: Quantity, unit, size in the SI unit, and written forms, in lower case without blanks.
@@ -64,6 +115,10 @@ torque Ncm  1e-2  ncm n.cm
 force N     1     n
 force mN    1e-3  mn
 force kN    1e3   kn
+torque %    1e-2  % percent
+torque ‰    1e-3  ‰ permille
+force  %    1e-2  % percent
+force  ‰    1e-3  ‰ permille
 current A   1     a amp amps ampere
 current mA  1e-3  ma
 """
@@ -78,7 +133,7 @@ for _line in _TABLE.strip().splitlines():
     if _quantity == "time":
         _TIME.append(_unit)
 #: Forms that need brackets, because they could also be letters or words of a name.
-_BRACKETED = set("m n a ° °/s turn turns rev revs meter meters kn mn".split())
+_BRACKETED = set("% ‰ m n a ° °/s turn turns rev revs meter meters kn mn".split())
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\[\](){}<>]*?)\s*[\])>}]\s*()")
 _BARE = "|".join(map(re.escape, sorted(set(_WRITTEN) - _BRACKETED)))
 _SUFFIX = re.compile(rf"(.*?[a-z0-9*])[\s_.-]+({_BARE})([\s_]*[0-9]+)?", re.IGNORECASE)
@@ -92,6 +147,7 @@ QUANTITIES = {
     "tau": ("torque", "force"),
     "i": ("current", "current"),
 }
+_SHARES = ("%", "‰")  # units that are shares of a rated value
 _SI = {"angle": "rad", "rate": "rad/s", "length": "m", "speed": "m/s", "torque": "Nm"}
 _SI |= {"force": "N", "current": "A"}
 
@@ -99,6 +155,11 @@ _SI |= {"force": "N", "current": "A"}
 def unit_of(text: str, quantity: str) -> Unit | None:
     """Return the unit that a text denotes for a quantity, or None."""
     return next((u for u in _WRITTEN.get(_form_of(text), ()) if u.quantity == quantity), None)
+
+
+def is_unit(text: str) -> bool:
+    """Return whether a text denotes a unit of any quantity."""
+    return _form_of(text) in _WRITTEN
 
 
 def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
@@ -142,32 +203,34 @@ class Units:
     """Conversion of the columns of a file to SI; the same for all rows of a file.
 
     Attributes:
-        sizes: pairs of a role and its (n,) factors.
+        units: pairs of a role and its n units.
         ticks: time units of the file in a second.
         origin: stamp of the file that becomes t = 0, in its own unit; None if t is not shifted.
         conversions: list of the conversions.
     """
 
-    sizes: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    units: tuple[tuple[str, tuple[Unit, ...]], ...] = ()
     ticks: float = 1.0
     origin: int | float | None = None
     conversions: tuple[Converted, ...] = ()
 
     def seconds(self, t: NDArray[Any]) -> NDArray[Any]:
         """Return stamps of the file as times in s; integers are subtracted exactly."""
+        if self == IN_SI:
+            return np.asarray(t)
         t = integer_ticks(np.asarray(t))
-        if self.origin is None and self.ticks == 1.0:
-            return t
         return np.asarray((t if self.origin is None else t - self.origin) / self.ticks)
 
     def si(self, role: str, x: NDArray[Any]) -> NDArray[Any]:
         """Return a column or array of the file in SI units."""
-        sizes = dict(self.sizes).get(role)
-        if sizes is None:
+        units = dict(self.units).get(role)
+        if units is None:
             return x
-        out = np.multiply(x, sizes if x.ndim == 2 else sizes[0], order="K")
+        out = np.array(x, dtype=np.float64)
+        for unit, column in zip(units, out.T if x.ndim == 2 else [out], strict=True):
+            column[:] = unit.si(column)
         out.setflags(write=False)
-        return np.asarray(out)
+        return out
 
 
 #: Units of a file in SI.
@@ -175,9 +238,11 @@ IN_SI = Units()
 
 
 def integer_ticks(t: NDArray[Any]) -> NDArray[Any]:
-    """Return dates as int64 nanoseconds since 1970, and other stamps unchanged."""
-    if t.dtype.kind == "M":
-        return t.astype("datetime64[ns]").astype(np.int64)
+    """Return dates as int64 nanoseconds since 1970, durations as int64 nanoseconds, and other
+    stamps unchanged.
+    """
+    if t.dtype.kind in "Mm":
+        return t.astype(f"{t.dtype.kind}8[ns]").astype(np.int64)
     return t.astype(np.int64) if t.dtype == np.uint64 and t.max(initial=0) < 1 << 62 else t
 
 
@@ -196,21 +261,20 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
         if re.sub("[0-9]+", "", column) not in widths:
             refuse(f"--unit {column}=..: there is no such column", ", ".join(widths))
     time = _time(raw, wanted.reading)
-    sizes: list[tuple[str, tuple[float, ...]]] = []
+    found: list[tuple[str, tuple[Unit, ...]]] = []
     conversions = [*time.conversions]
     for role, width in widths.items():
         columns = [raw.names.get(f"{role}{j}", f"{role}{j}") for j in range(1, width + 1)]
         units = _units_of_joints(role, columns, wanted)
         if any(unit.foreign for unit, _ in units):
-            sizes.append((role, tuple(unit.size for unit, _ in units)))
-        for unit, source in dict.fromkeys(units):
+            found.append((role, tuple(unit for unit, _ in units)))
+        of: dict[tuple[str, str], list[str]] = {}  # columns of each unit and its source
+        for column, (unit, source) in zip(columns, units, strict=True):
             if unit.foreign:
-                alike = [
-                    c for c, known in zip(columns, units, strict=True) if known == (unit, source)
-                ]
-                done = f"converted to {_SI[unit.quantity]}"
-                conversions.append((", ".join(alike), f"in {unit.name} by {source}", done))
-    return Units(tuple(sizes), time.ticks, time.origin, tuple(conversions))
+                done = f"converted to {_SI[unit.quantity]}" if unit.sign is None else "read so"
+                of.setdefault((f"in {unit.name} by {source}", done), []).append(column)
+        conversions += [(", ".join(alike), *said) for said, alike in of.items()]
+    return Units(tuple(found), time.ticks, time.origin, tuple(conversions))
 
 
 def converted(raw: Raw, wanted: Wanted) -> Raw:
@@ -235,15 +299,30 @@ def _units_of_joints(role: str, columns: Sequence[str], wanted: Wanted) -> list[
             continue
         option = _unit_option(role, j, quantity, wanted.reading.unit)
         if option is not None:
-            out.append((option, "--unit"))
+            out.append((_of_joint(option, column, kept.index(j), wanted), "--unit"))
             continue
         text = split_unit(column, time=False)[1] or common
         unit = unit_of(text or _SI[quantity], quantity)
         if unit is None:
             what = f"column {column!r}: {text!r} is no unit of {quantity}"
             refuse(what, f"{_accepted(quantity)}, or --unit {role}={_SI[quantity]}")
-        out.append((unit, "the header"))
+        out.append((_of_joint(unit, column, kept.index(j), wanted), "the header"))
     return out
+
+
+def _of_joint(unit: Unit, column: str, j: int, wanted: Wanted) -> Unit:
+    """Return the unit of joint j, where a share of the rated torque depends on the joint.
+
+    Raises:
+        LogError: the rated torque is unknown.
+    """
+    if unit.name not in _SHARES:
+        return unit
+    rated = wanted.drive.rated if wanted.drive else None
+    if rated is None:
+        what = f"column {column!r} is in {unit.name} of the rated torque, which is unknown"
+        refuse(what, "rated = [..] in [drive] of the robot file, in N m (N) on the side of tau")
+    return replace(unit, size=unit.size * rated[j])
 
 
 def _unit_option(role: str, j: int, quantity: str, options: Mapping[str, str]) -> Unit | None:
@@ -251,6 +330,8 @@ def _unit_option(role: str, j: int, quantity: str, options: Mapping[str, str]) -
     for key in (f"{role}{j + 1}", role, ""):
         if key in options:
             text = options[key]
+            if sign := re.fullmatch("sign([0-9]|[1-5][0-9])", text):
+                return Unit(text, quantity, 1.0, int(sign[1]))
             unit = unit_of(text, quantity)
             if unit is None and key:
                 how = (
@@ -280,11 +361,11 @@ def _time(raw: Raw, reading: Reading) -> Units:
     if len(stamps) == 0 or stamps.dtype.kind not in "iuf":
         return IN_SI  # read_log refuses it by its type
     first = stamps[0].item()
-    dates = raw.arrays["t"].dtype.kind == "M"
-    if dates and reading.time_unit:
-        refuse(f"column {column!r} (t) holds dates", "no --time-unit")
-    if dates:
-        return _ticking(column, _TIME[3], first, "dates")
+    kind = {"M": "dates", "m": "durations"}.get(raw.arrays["t"].dtype.kind)
+    if kind and reading.time_unit:
+        refuse(f"column {column!r} (t) holds {kind}", "no --time-unit")
+    if kind:
+        return _ticking(column, _TIME[3], first, kind)
     if reading.time_unit:
         option = next(u for u in _TIME if u.name == reading.time_unit)
         return _ticking(column, option, first, f"in {option.name} by --time-unit")

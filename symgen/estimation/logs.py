@@ -11,7 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from symgen.data.drive import joint_side, with_servo_torques
-from symgen.data.log import MIN_SAMPLES, Log, cut, of_movable_joints, read_wanted, roles_with_unit
+from symgen.data.log import (
+    MIN_SAMPLES,
+    Log,
+    cut,
+    of_movable_joints,
+    read_wanted,
+    reading_of,
+    roles_with_unit,
+)
 from symgen.data.long_logs import Source as Source
 from symgen.data.raw import IMU, Reading, read_only, refuse, wanted_by
 from symgen.data.signals import Samples
@@ -64,7 +72,9 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
             log = log if robot.drive is None else joint_side(log, robot.drive)
             log = cut(log, reading.start, reading.until)
     else:
-        log = read_wanted(source, wanted)
+        with located(source):
+            reading = reading_of(str(source), reading, robot.log)
+        log = read_wanted(source, wanted_by(robot, reading))
     with located(log.name):
         _require_within(log, robot, reading)
         log = with_servo_torques(log, robot.controller)

@@ -23,7 +23,10 @@ from symgen.faults.fault import Fault
 from symgen.faults.rules import apply
 from symgen.faults.samples import GAPS, SAMPLED, masked_stalls, repaired
 from symgen.faults.speeds import mended_speeds, silenced_torques, standing
+from symgen.policy import POSES
 from symgen.robot.types import Robot
+
+_AT_REST = 0.05  # rad or m: spread of positions of a robot that may rest
 
 
 def open_samples(
@@ -50,6 +53,12 @@ def open_samples(
     reading = reading or Reading()
     log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
     step = float(np.median(np.diff(log.t)))
+    steps = np.linalg.norm(np.diff(log.q, axis=0), axis=1)
+    if np.median(steps) > POSES * np.linalg.norm(log.q.std(axis=0)) > _AT_REST:
+        raise LogError(
+            f"{log.name}: the rows are poses, without the motion between them; accepted: a log of "
+            "the motion, in which the robot holds each pose for 2 s and moves on quickly"
+        )
     if step > 0.5 / LOWEST:  # the steps are too long for the motion
         raise LogError(
             f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "

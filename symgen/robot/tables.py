@@ -32,6 +32,8 @@ _MAX_CONDITION = 1e6
 _SMALLEST_WIDTH = 1e-12
 _MAX_TITLE = 200
 _ROUNDING = 1e-15  # of the sine and cosine of a right angle
+#: Units of the time column of a log.
+TIME_UNITS = ("s", "ms", "us", "ns")
 _UNIT = re.compile(r"[A-Za-z0-9 /^().-]{0,40}", re.ASCII)
 
 
@@ -133,10 +135,26 @@ class PayloadTable:
 
 
 @dataclass(frozen=True)
-class LogColumns:
-    """[log]: text of --columns for the logs of the robot."""
+class LogForm:
+    """[log]: the form of the robot's logs, as the options of the same names.
 
-    columns: str
+    Attributes:
+        columns: text of --columns, "t=time,q=*_position".
+        unit: text of --unit, "q=deg,tau=mNm".
+        time_unit: unit of t.
+        joints: names of the movable joints in the file.
+        separator: character between the columns of a CSV, or "tab".
+        decimal: decimal mark of a CSV.
+        header: whether a CSV has names of columns.
+    """
+
+    columns: str = ""
+    unit: str = ""
+    time_unit: Annotated[str, word_check("", *TIME_UNITS)] = ""
+    joints: tuple[Name, ...] = ()
+    separator: str = ""
+    decimal: Annotated[str, word_check("", ".", ",")] = ""
+    header: bool = True
 
 
 @dataclass(frozen=True)
@@ -260,6 +278,7 @@ class Drive:
     Attributes:
         ratio: (n, n) N, in motor turns per joint turn (rad/m for a prismatic joint).
         torque_constant: (n,) K in N m/A on the motor side; None if logs contain torques.
+        rated: (n,) torques in N m (forces in N) of 100 %, on the side of tau; None if unknown.
         gain: (n,) factors for the torques on the joint side; None for 1.
         gain_std: (n,) standard deviations of the gains.
         position_side: the side of q and qd in logs, "motor" or "joint".
@@ -278,6 +297,7 @@ class Drive:
         ),
     ]
     torque_constant: Annotated[tuple[Factor, ...] | None, PER_JOINT] = None
+    rated: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
     gain: Annotated[tuple[Factor, ...] | None, PER_JOINT] = None
     gain_std: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
     position_side: Annotated[str, word_check("motor", "joint")] = "motor"

@@ -34,7 +34,7 @@ from symgen.robot.tables import (
     GeometryName,
     Head,
     Limits,
-    LogColumns,
+    LogForm,
     Loop,
     PayloadTable,
     Servo,
@@ -158,7 +158,6 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
     reader.joints, reader.movable = len(joints), tuple(sigma)
     effects, sought = _effects(_repeated(data, "effect"), sigma, reader)
     payload = _once(data, "payload", PayloadTable, reader)
-    log = _once(data, "log", LogColumns, reader)
     loops = enumerate(_repeated(data, "loop"), 1)
     robot = Robot(
         name=head.name,
@@ -175,7 +174,7 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
         drive=_drive(data, reader),
         frames=_frames(_repeated(data, "frame"), reader),
         controller=_once(data, "controller", Servo, reader),
-        log_columns="" if log is None else log.columns,
+        log=_once(data, "log", LogForm, reader),
         exact=head.exact,
     )
     require_closed(robot)

@@ -45,8 +45,8 @@ def robot_toml(robot: Robot) -> str:
         tables.append(("[drive]", _entries(robot.drive) | {"ratio": _ratio(robot.drive)}))
     if robot.controller is not None:
         tables.append(("[controller]", _entries(robot.controller)))
-    if robot.log_columns:
-        tables.append(("[log]", {"columns": robot.log_columns}))
+    if robot.log is not None:
+        tables.append(("[log]", _entries(robot.log)))
     return "\n".join(f"{head}\n{_lines(entries)}" for head, entries in tables)
 
 

@@ -31,6 +31,7 @@ from symgen.robot.tables import (
     Drive,
     Frame,
     Limits,
+    LogForm,
     Loop,
     Servo,
     Title,
@@ -167,7 +168,7 @@ class Robot:
         sought: effects that a diagnosis searches. A robot with such effects has no model.
         frames: frames of links in a file of another format.
         controller: gains of the controller that moved the robot in its logs.
-        log_columns: text of --columns for its logs; "" if none.
+        log: form of its logs, or None.
         exact: whether its base parameters are always those of the exact geometry, even if the
             torques that separate them are small.
     """
@@ -186,7 +187,7 @@ class Robot:
     drive: Drive | None = None
     frames: tuple[Frame, ...] = ()
     controller: Servo | None = None
-    log_columns: str = ""
+    log: LogForm | None = None
     exact: bool = False
 
     def __post_init__(self) -> None:
@@ -303,7 +304,7 @@ class Robot:
             drive=None,
             frames=(),
             controller=None,
-            log_columns="",
+            log=None,
         )
 
     @property

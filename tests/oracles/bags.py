@@ -34,12 +34,20 @@ class State(NamedTuple):
     effort: Sequence[float]
 
 
-def write_mcap(path: Path, topics: dict[str, Iterable[State]]) -> Path:
-    """Write an MCAP file by the writer of the format's authors (mcap-ros2-support)."""
+def write_mcap(path: Path, topics: dict[str, Iterable[State]], beside: str | None = None) -> Path:
+    """Write an MCAP file by the writer of the format's authors (mcap-ros2-support).
+
+    `beside` is the encoding of the schema of one more channel.
+    """
     from mcap_ros2.writer import Writer
 
     with path.open("wb") as file, Writer(file) as writer:
         schema = writer.register_msgdef(JOINT_STATE, DEFINITION)
+        if beside is not None:
+            raw = writer._writer
+            other = raw.register_schema("other", beside, b"\xff\x00") if beside else 0
+            channel = raw.register_channel("/other", "json", other)
+            raw.add_message(channel, log_time=0, data=b"{}", publish_time=0)
         for topic, states in topics.items():
             for at, s in enumerate(states):
                 sec, nanosec = divmod(s.stamp, 10**9)

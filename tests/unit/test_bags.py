@@ -82,6 +82,29 @@ def test_the_names_of_the_robot_are_used_where_the_messages_have_them(written):
         read_log(path)
 
 
+@pytest.mark.parametrize("encoding", ["jsonschema", "protobuf", ""])
+def test_channels_of_another_kind_are_left_out(tmp_path, encoding):
+    path = tmp_path / "log.mcap"
+    write_mcap(path, {"/joint_states": states()}, beside=encoding)
+    assert_holds(read_log(path, 2, reading=BY_NAME))
+    path.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(LogError, match="cannot be read"):
+        read_log(path, 2, reading=BY_NAME)
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_a_bag_without_metadata_is_its_file(tmp_path, storage):
+    folder = write_bag(tmp_path / "run", {"/joint_states": states()}, storage)
+    (folder / "metadata.yaml").unlink()
+    log = read_log(folder, 2, reading=BY_NAME)
+    assert_holds(log)
+    assert "no metadata.yaml" in log.notes[0]
+    (file,) = folder.iterdir()
+    (folder / f"a{file.name}").write_bytes(file.read_bytes())
+    with pytest.raises(LogError, match=f"{file.name}; accepted: ros2 bag reindex"):
+        read_log(folder, 2, reading=BY_NAME)
+
+
 def test_missing_speeds_are_none_and_so_are_those_that_are_nan_throughout(written):
     assert_holds(read_log(written(states(qd=None)), reading=BY_NAME), None)
     assert_holds(read_log(written(states(qd=np.full_like(QD, np.nan))), reading=BY_NAME), None)

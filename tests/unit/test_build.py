@@ -17,7 +17,7 @@ import pytest
 
 import symgen
 from symgen.cache import cache_folder
-from symgen.robot.tables import Limits
+from symgen.robot.tables import Limits, LogForm
 from symgen.runtime import build
 from symgen.runtime.build import Compiler, build_module, find_compiler, forget_compilers
 from symgen.runtime.flags import kernel_flags, panel_flags
@@ -430,6 +430,6 @@ def test_other_limits_and_names_derive_and_compile_nothing_again(cache):
     symgen.load(symgen.derive(robot))
     made = set(cache.iterdir())
     joints = tuple(replace(joint, name=f"arm_{joint.number}") for joint in robot.joints)
-    limited = replace(robot, joints=joints, limits=Limits(velocity=(1.0, 2.0)), log_columns="q=a")
+    limited = replace(robot, joints=joints, limits=Limits(velocity=(1.0, 2.0)), log=LogForm("q=a"))
     symgen.load(symgen.derive(limited))
     assert set(cache.iterdir()) == made

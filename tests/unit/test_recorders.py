@@ -143,6 +143,35 @@ def test_a_pattern_chooses_where_two_would_do(log_of) -> None:
     np.testing.assert_array_equal(log.tau, VALUES["tau"])
 
 
+TRACK = {"t": "t", "q": "A{k}.pos", "qd": "A{k}.vel", "tau": "A{k}.torque"}
+
+
+def test_a_pattern_holds_for_the_joints_without_a_column_of_their_own(log_of) -> None:
+    """An external axis and the axes of the arm have other names."""
+    joints = ("rail", *JOINTS)
+    options = {"extra": ("E1.pos", "E1.force", "mode"), "joints": joints, "sigma": (1, 0, 0, 0)}
+    columns = {"q1": "E1.pos", "tau1": "E1.force", "q": "A*.pos", "tau": "A*.torque"}
+    log = log_of(TRACK, reading=Reading(columns=columns), **options)
+    assert log.qd is None  # the rail has none
+    np.testing.assert_array_equal(log.q, np.column_stack([np.full(N, 7.0), VALUES["q"]]))
+    np.testing.assert_array_equal(log.tau[:, 1:], VALUES["tau"])
+    (line, *_) = log.notes
+    for words in ("q1 = E1.pos", "q = A*.pos", "* = 1 to 3 for hip, knee, knee_2"):
+        assert words in line
+    assert "not used: E1.pos" not in line
+    assert "mode" in line.split("not used: ")[1]
+    log = log_of(
+        RECORDERS["joint and word"], extra=("z",), joints=JOINTS,
+        reading=Reading(columns={"q2": "z", "q": "*_position"}),
+    )  # fmt: skip
+    np.testing.assert_array_equal(log.q[:, [0, 2]], VALUES["q"][:, [0, 2]])
+    assert (log.q[:, 1] == 7).all()
+    with pytest.raises(
+        LogError, match=r'A\*.pos has 3 columns for 4 joints.*"q1=E1.pos,q=A\*.pos"'
+    ):
+        log_of(TRACK, **options)
+
+
 def test_a_recorder_may_leave_out_the_end_of_joint_names(tmp_path: Path) -> None:
     """The URDF has hip_joint and hip_2_joint; the columns begin with hip and hip_2."""
     words = [f"{joint}/{word}" for word in ("position", "effort") for joint in ("hip_2", "hip")]
@@ -160,6 +189,10 @@ REFUSED = {
     "a finger has no column": (
         {"joints": (*JOINTS, "finger"), "sigma": (0, 0, 0, 1)},
         {}, "no column for finger", "symgen import FILE --fix finger --into robot.toml",
+    ),
+    "more joints by number": (
+        {"joints": ("a", "b"), "sigma": (0, 0)}, RECORDERS["from zero"] | {"qd": "x_{o}"},
+        "the log has 3 joints", "the robot has 2",
     ),
     "two times": ({"extra": ("stamp",)}, {}, "stamp and time are times", '--columns "t=stamp"'),
     "degrees": ({}, {"q": "{name}_position_deg"}, "_position_deg", "--unit q="),

@@ -11,13 +11,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pytest
+import scipy.io
 from support_streams import motion, parquet, robot
 
 import symgen
 from symgen.data.log import read_log
 from symgen.data.raw import Reading
 from symgen.errors import LogError
+from symgen.estimation.logs import open_log
+from symgen.robot.tables import LogForm
 
 COLUMNS = motion(1500, 3)
 DEG = 180 / np.pi
@@ -110,6 +114,119 @@ def test_a_file_of_excel_is_read(tmp_path):
     path = written(tmp_path / "log.csv", SI, separator=";", comma=True, end="\r\n")
     path.write_bytes(b"\xef\xbb\xbfsep=;\r\n" + path.read_bytes())
     np.testing.assert_array_equal(read(path).q, read(written(tmp_path / "si.csv", SI)).q)
+
+
+def csv_text(names=None, columns=SI, rows=300) -> str:
+    """Return the text of a log with commas."""
+    names = names or [*columns]
+    table = [",".join(row) for row in zip(*columns.values(), strict=True)]
+    return "\n".join([",".join(names), *table[:rows]]) + "\n"
+
+
+def timed(form) -> str:
+    """Return the text of a log whose times are texts."""
+    return csv_text(columns=SI | {"t": [form(float(t)) for t in SI["t"]]})
+
+
+def apart(seconds: str, rest: str, ticks: int) -> str:
+    """Return the text of a log with seconds and their rest in two columns."""
+    stamps = [1650000000 * ticks + round(float(t) * ticks) for t in SI["t"]]
+    both = {seconds: [str(x // ticks) for x in stamps], rest: [str(x % ticks) for x in stamps]}
+    return csv_text(columns=both | {k: x for k, x in SI.items() if k != "t"})
+
+
+WORDS = {"q": "position", "qd": "velocity", "tau": "effort"}
+JOINTS = ("shoulder", "elbow")
+UNITS = "s,rad,rad,rad/s,rad/s,Nm,Nm"
+#: Recorders' texts of the same log, and what they say of it; options that they need.
+TEXTS = {
+    "a comment before the header": ("# " + csv_text(), "", {}),
+    "blanks, and a comment": ("# " + csv_text().replace(",", " "), "blanks", {}),
+    "columns of equal width": (csv_text().replace(",", "   "), "blanks", {}),
+    "bars": (csv_text().replace(",", "|"), "'|'", {}),
+    "a preamble": ("Recorder,V2.1\nRate [Hz],100\n\n" + csv_text(), "not read: 3", {}),
+    "a preamble of 50 lines": ("a,1,b\n" * 49 + "\n" + csv_text(), "not read: 50", {}),
+    "a preamble with as many cells": (
+        "Channels,2\nSamples,1,1,1,1,1,1\nX,Time\n" + csv_text(), "not read: 3", {},
+    ),
+    "a preamble of a spreadsheet": ("Recorder,V2.1,,,,,\n" + csv_text(), "not read: 1", {}),
+    "a preamble, semicolons": (
+        "Recorder, V2, and more\n" + csv_text().replace(",", ";"), "semicolons", {},
+    ),
+    "a preamble and no header": (
+        "Recorder,V2.1\n" + csv_text().split("\n", 1)[1], "not read: 1",
+        {"header": False, "columns": "t=1,q1=2,q2=3,qd1=4,qd2=5,tau1=6,tau2=7"},
+    ),
+    "units": (csv_text().replace("\n", f"\n{UNITS}\n", 1), "has the units", {}),
+    "units in brackets": (
+        csv_text(["Zeit", *[*SI][1:]]).replace("\n", "\n[s],(rad),(rad),,,(Nm),(Nm)\n", 1),
+        "has the units", {"columns": "t=Zeit"},
+    ),
+    "seconds with a unit": (timed(lambda t: f"{t:.3f} sec"), "durations", {}),
+    "milliseconds with a unit": (timed(lambda t: f"{1e3 * t:.12g}ms"), "durations", {}),
+    "a clock": (timed(lambda t: f"01:{t // 60:02.0f}:{t % 60:06.3f}"), "durations", {}),
+    "a clock of minutes": (timed(lambda t: f"{t // 60:02.0f}:{t % 60:06.3f}"), "durations", {}),
+    "days": (timed(lambda t: f"0 days 00:00:{t:09.6f}"), "durations", {}),
+    "two columns": (apart("secs", "nsecs", 10**9), "t = secs+nsecs", {}),
+    "two columns, us": (apart("stamp.sec", "stamp.usec", 10**6), "stamp.usec", {}),
+    "two columns of an option": (apart("a", "b", 10**9), "", {"columns": "t=a+b"}),
+    "a column twice": (csv_text([*SI, "x", "x"], SI | {"x": SI["t"], "y": SI["q1"]}), "", {}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", TEXTS)
+def test_a_text_of_a_recorder_is_the_log_in_si(tmp_path, case):
+    text, says, options = TEXTS[case]
+    path = tmp_path / "log.csv"
+    path.write_text(text)
+    found = read(path, **options)
+    np.testing.assert_allclose(found.t - found.t[0], COLUMNS["t"][:300], atol=1e-7)
+    for key in ("q", "qd", "tau"):
+        values = np.column_stack([COLUMNS[f"{key}{j}"][:300] for j in (1, 2)])
+        np.testing.assert_allclose(getattr(found, key), values, rtol=1e-11, atol=1e-11)
+    assert says in "; ".join([*found.notes, *map(str, found.converted)])
+
+
+#: Texts that could be read in two ways, and what the refusal says.
+UNCLEAR = {
+    "hours or minutes": (timed(lambda t: f"00:{t % 60:02.0f}"), ["column t, sample 0"]),
+    "one duration is a word": (
+        timed(lambda t: f"{t:.3f} sec").replace("\n0.050 sec", "\nlater"),
+        ["column t, sample 0"],
+    ),
+    "us without a name": (apart("a", "b", 10**6), ["rest in 'b'", "usec"]),
+    "a used column twice": (csv_text([*[*SI][:-1], "q1"]), ["q1 occurs 2 times", "--no-header"]),
+    "units and words": (
+        csv_text().replace("\n", "\ns,rad,axis,of,the,robot,Nm\n", 1), ["column t, sample 0: 's'"],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", UNCLEAR)
+def test_a_text_with_two_meanings_is_refused(tmp_path, case):
+    text, says = UNCLEAR[case]
+    path = tmp_path / "log.csv"
+    path.write_text(text)
+    options = {"columns": "t=a+b"} if case.startswith("us") else {}
+    with pytest.raises(LogError) as refused:
+        read(path, **options)
+    for words in says:
+        assert words in str(refused.value)
+
+
+@pytest.mark.parametrize("form", ["['{}', '{}']", "[{}, {}]", "({}, {})"])
+def test_a_list_of_joints_in_a_column_orders_the_others(tmp_path, form):
+    names = {f"{key}{j}": f"{word}_{2 - j}" for key, word in WORDS.items() for j in (1, 2)}
+    joints = [form.format(*reversed(JOINTS))] * 1500
+    path = written(tmp_path / "log.csv", {"name": joints} | renamed(names))
+    found = read_log(path, sigma=(0, 0), names=JOINTS)
+    for key in WORDS:
+        values = np.column_stack([COLUMNS[f"{key}{j}"] for j in (1, 2)])
+        np.testing.assert_allclose(getattr(found, key), values, rtol=1e-11, atol=1e-11)
+    joints[-1] = form.format(*JOINTS)
+    path = written(tmp_path / "log.csv", {"name": joints} | renamed(names))
+    with pytest.raises(LogError, match="joints in column name change"):
+        read_log(path, sigma=(0, 0), names=JOINTS)
 
 
 def test_a_time_with_another_name_keeps_the_unit_of_its_header(tmp_path):
@@ -210,26 +327,71 @@ def test_cells_that_are_empty_are_interpolated_or_masked_and_counted(tmp_path):
     assert (np.abs(found.X - full.X) < std).all()
 
 
+def in_lists(columns, kind) -> dict[str, object]:
+    """Return the columns of a log as LeRobot stores them, the joints in one column."""
+    names = {"q": "observation.state", "qd": "observation.velocity", "tau": "observation.effort"}
+    rows = {key: np.column_stack([columns[f"{key}{j}"] for j in (1, 2)]) for key in names}
+    lists = {names[key]: pa.array(x.tolist(), kind) for key, x in rows.items()}
+    return {"timestamp": columns["t"], "action": lists["observation.state"], **lists}
+
+
+@pytest.mark.parametrize("kind", [pa.list_(pa.float64()), pa.list_(pa.float64(), 2)])
+def test_joints_in_a_list_are_columns(tmp_path, kind):
+    path = parquet(tmp_path / "log.parquet", in_lists(COLUMNS, kind))
+    with pytest.raises(LogError, match=r"""--columns "q=observation.state\[\*\]"$"""):
+        read_log(path, sigma=(0, 0))
+    single = ",".join(f"q{j + 1}=observation.state[{j}]" for j in (0, 1))
+    for columns in (single, "q=observation.state[*]"):
+        log = read(path, columns=columns)
+        np.testing.assert_array_equal(log.q[:, 1], COLUMNS["q2"])
+        np.testing.assert_array_equal(log.tau[:, 0], COLUMNS["tau1"])
+
+
+def test_a_list_with_more_than_the_joints_is_refused_with_the_pairs(tmp_path):
+    """A gripper is often the last element."""
+    lists = in_lists(COLUMNS, pa.list_(pa.float64()))
+    longer = {k: pa.array([[*x.as_py(), 0.0] for x in lists[k]]) for k in lists if "obs" in k}
+    path = parquet(tmp_path / "log.parquet", lists | longer)
+    q = "q1=observation.state[0],q2=observation.state[1]"
+    for columns, says in (("", '"q=observation.state[*]"'), ("q=observation.state[*]", f'"{q}"')):
+        with pytest.raises(LogError) as refused:
+            read(path, columns=columns)
+        assert says in str(refused.value)
+    log = read(path, columns=f"{q},tau1=observation.effort[0],tau2=observation.effort[1]")
+    np.testing.assert_array_equal(log.q[:, 1], COLUMNS["q2"])
+    assert log.qd is None
+
+
+def test_lists_of_words_or_of_several_lengths_are_refused(tmp_path):
+    names = {"t": COLUMNS["t"][:20], "tau1": COLUMNS["tau1"][:20]}
+    for lists, says in (([["a"]] * 20, "holds string"), ([[1.0]] * 19 + [[]], "out of bounds")):
+        path = parquet(tmp_path / "log.parquet", names | {"x": lists})
+        with pytest.raises(LogError, match=says):
+            read_log(path, sigma=(0,), reading=Reading(columns="q1=x[0]"))
+
+
 def test_a_long_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path, monkeypatch):
-    monkeypatch.setattr("symgen.data.long_logs.LIMIT", 4000)
-    columns = motion(5000, 1)
+    monkeypatch.setattr("symgen.data.long_logs.LIMIT", 2000)
+    columns = motion(3000, 1)
     values = {k: x * DEG if k in DEGREES else x for k, x in columns.items()}
-    values["t"] = NANOSECONDS[0] + 10_000_000 * np.arange(5000)
+    values["t"] = NANOSECONDS[0] + 10_000_000 * np.arange(3000)
     for folder, table in (
         ("si", columns),
         ("log", {DEGREES.get(k, k): x for k, x in values.items()}),
+        ("lists", in_lists(columns, pa.list_(pa.float64()))),
     ):
         (tmp_path / folder).mkdir()
         parquet(tmp_path / folder / "a.parquet", table)
-    same, found = (
-        symgen.identify(robot(), str(tmp_path / folder), model="momentum")
-        for folder in ("si", "log")
+    arm = replace(robot(), log=LogForm("q=observation.state[*],qd=observation.velocity[*]"))
+    same, found, lists = (
+        symgen.identify(arm, str(tmp_path / folder), model="momentum")
+        for folder in ("si", "log", "lists")
     )
+    np.testing.assert_array_equal(lists.X, same.X)
     assert pytest.approx(same.X, rel=1e-9) == found.X
     assert [*dict.fromkeys(f.channel for f in found.repairs)] == ["t", *CASES["degrees"][3]]
 
 
-JOINTS = ("shoulder", "elbow")
 NAMED = symgen.parse_robot(
     '[robot]\nname = "p"\nconvention = "modified-dh"\ngravity = [0.0, 0.0, -9.81]\n'
     + "".join(
@@ -301,13 +463,65 @@ def test_columns_of_a_recorder_are_those_of_the_log(tmp_path, case):
     path = foreign(
         tmp_path / f"log.{suffix}", header, front=front, header=options.get("header", True)
     )
-    mapped = symgen.parse_robot(symgen.robot_toml(replace(NAMED, log_columns=columns)))
-    found = read_log(
-        path, sigma=(0, 0), reading=Reading(**options), names=JOINTS, columns=mapped.log_columns
-    )
+    form = LogForm(columns=columns) if columns else None
+    mapped = symgen.parse_robot(symgen.robot_toml(replace(NAMED, log=form)))
+    found = open_log(path, mapped, Reading(**options))
     same = read(written(tmp_path / "si.csv", SI))
     for key in ("t", "q", "qd", "tau"):
         np.testing.assert_array_equal(getattr(found, key), getattr(same, key))
+
+
+DEGREES_2 = renamed({}, **times("q", DEG))
+#: Text of a log, and [log] of the robot file, by which no option is necessary.
+FORMS = {
+    "semicolons, decimal commas and degrees": (
+        csv_text(columns=DEGREES_2).translate(str.maketrans(",.", ";,")).replace("q1;q2", "w1;w2"),
+        'columns = "q=w*"\nunit = "q=deg"\nseparator = ";"\ndecimal = ","',
+    ),
+    "no header, ms": (
+        csv_text(columns=SI | {"t": [f"{1e3 * x:.12g}" for x in COLUMNS["t"]]}).split("\n", 1)[1],
+        'columns = "t=1,q1=2,q2=3,qd1=4,qd2=5,tau1=6,tau2=7"\ntime_unit = "ms"\nheader = false',
+    ),
+    "other joints": (
+        csv_text(["t", *(f"{j}_{w}" for w in WORDS.values() for j in ("x", "y"))]),
+        'joints = ["x", "y"]',
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", FORMS)
+def test_the_robot_file_states_the_form_of_its_logs(tmp_path, case):
+    text, form = FORMS[case]
+    (tmp_path / "log.csv").write_text(text)
+    stated = symgen.parse_robot(f"{symgen.robot_toml(NAMED)}\n[log]\n{form}\n")
+    arm = symgen.parse_robot(symgen.robot_toml(stated))
+    found = open_log(tmp_path / "log.csv", arm)
+    own = open_log(written(tmp_path / "si.csv", SI), arm)  # as symgen writes them
+    same = read(tmp_path / "si.csv")
+    for key in ("t", "q", "qd", "tau"):
+        np.testing.assert_array_equal(getattr(own, key), getattr(same, key))
+        np.testing.assert_allclose(getattr(found, key), getattr(same, key)[:300], atol=1e-11)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet", "npz"])
+def test_units_of_the_robot_file_need_columns_where_a_log_may_be_symgen_s(tmp_path, suffix):
+    path = tmp_path / f"log.{suffix}"
+    if suffix == "csv":
+        written(path, SI)
+    elif suffix == "parquet":
+        parquet(path, COLUMNS)
+    else:
+        roles = {r: np.column_stack([COLUMNS[f"{r}{j}"] for j in (1, 2)]) for r in ("q", "tau")}
+        np.savez(path, t=COLUMNS["t"], **roles)
+    arm = replace(NAMED, log=LogForm(unit="q=deg,qd=deg/s"))
+    with pytest.raises(LogError, match=r"columns in \[log\].*--unit rad"):
+        open_log(path, arm)
+    np.testing.assert_allclose(
+        open_log(path, arm, Reading(unit={"": "rad"})).q[:, 0], COLUMNS["q1"]
+    )
+    if suffix != "npz":
+        arm = replace(NAMED, log=LogForm(columns="q=q*,tau=tau*", unit="q=deg,qd=deg/s"))
+        np.testing.assert_allclose(open_log(path, arm).q[:, 0] * DEG, COLUMNS["q1"])
 
 
 ONCE = {k: x[:400] for k, x in SI.items()}
@@ -337,6 +551,33 @@ def test_what_a_recorder_leaves_open_is_refused_with_what_to_type(tmp_path, case
         read_log(path, sigma=(0, 0), names=JOINTS)
     for word in words:
         assert word in str(refused.value)
+
+
+@pytest.mark.parametrize("squeeze", [True, False])
+@pytest.mark.parametrize("compressed", [True, False])
+def test_the_arrays_of_a_mat_file_are_a_log(tmp_path, squeeze, compressed):
+    roles = {r: np.column_stack([COLUMNS[f"{r}{j}"] for j in (1, 2)]) for r in ("q", "qd", "tau")}
+    scipy.io.savemat(tmp_path / "log.mat", {"t": COLUMNS["t"]} | roles | {"note": "a"})
+    found = scipy.io.loadmat(tmp_path / "log.mat", squeeze_me=squeeze)
+    save = np.savez_compressed if compressed else np.savez
+    save(tmp_path / "log.npz", **found)
+    log = read(tmp_path / "log.npz")
+    np.testing.assert_array_equal(log.t, COLUMNS["t"])
+    np.testing.assert_array_equal(log.tau, roles["tau"])
+
+
+@pytest.mark.parametrize("time_unit", ["s", "ms"])
+def test_rows_that_are_poses_are_refused_with_what_to_record(tmp_path, time_unit):
+    q = np.random.default_rng(0).uniform(-2, 2, (24, 6))
+    columns = {"pose": np.arange(24)} | {f"q{j + 1}": q[:, j] for j in range(6)}
+    columns |= {f"tau{j + 1}": np.sin(q[:, j]) for j in range(6)}
+    path = written(tmp_path / "log.csv", {k: [f"{v:.9g}" for v in x] for k, x in columns.items()})
+    arm = symgen.read_robot("puma560")
+    with pytest.raises(LogError, match=r'no column t .*"t=pose", if it is a time; poses'):
+        symgen.identify(arm, path)
+    reading = Reading(columns="t=pose", time_unit=time_unit)
+    with pytest.raises(LogError, match=r"rows are poses.*holds each pose for 2 s"):
+        symgen.identify(arm, path, reading=reading)
 
 
 def test_both_sides_of_a_clock_that_was_set_back_can_be_used(tmp_path):
@@ -387,3 +628,56 @@ def test_a_gap_is_judged_by_its_time_and_no_equation_crosses_it(rate, gap, maske
     assert any("gap" in note for note in part.notes) == masked
     std = np.array([p.std for p in whole.parameters])
     assert (np.abs(part.X - whole.X) < 3 * std).all()
+
+
+def counts_of(bit: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return torques as counts, and as a servo sends them: the sign in a bit."""
+    counts = np.round(0.9 * 2**bit * COLUMNS["tau1"] / np.abs(COLUMNS["tau1"]).max())
+    return counts, np.where(counts < 0, 2**bit - counts, counts)
+
+
+@pytest.mark.parametrize("bit", [7, 10, 15])
+def test_a_sign_in_a_bit_is_refused_with_the_option_that_reads_it(tmp_path, bit):
+    counts, sent = counts_of(bit)
+    path = written(tmp_path / "log.csv", renamed({}, tau1=sent))
+    with pytest.raises(LogError, match=f"column tau1 .*sign is in bit {bit}.*--unit tau=sign{bit}"):
+        read(path)
+    log = read(path, unit={"tau1": f"sign{bit}", "tau2": "Nm"})
+    np.testing.assert_array_equal(log.tau[:, 0], counts)
+    assert log.converted == (("tau1", f"in sign{bit} by --unit", "read so"),)
+    with pytest.raises(LogError, match=rf"--unit sign{bit - 1}.*0 to {2**bit - 1}"):
+        read(path, unit={"tau1": f"sign{bit - 1}", "tau2": "Nm"})
+
+
+@pytest.mark.parametrize(
+    "torques",
+    [
+        np.where(counts_of(10)[0] < 0, counts_of(10)[0] + 2**16, counts_of(10)[0]),  # unsigned
+        np.where(counts_of(7)[0] < 0, counts_of(7)[0] + 2**8, counts_of(7)[0]),
+        np.abs(counts_of(10)[0]),
+        1000 + counts_of(9)[0],
+        np.round(np.random.default_rng(0).uniform(0, 2000, 1500)),
+    ],
+)
+def test_other_counts_have_no_sign_bit(tmp_path, torques):
+    path = written(tmp_path / "log.csv", renamed({}, tau1=torques))
+    np.testing.assert_array_equal(read(path).tau[:, 0], torques)
+
+
+RATED = "\n[drive]\nrated = [20.0, 5.0]\nside = 'link'\n"
+
+
+@pytest.mark.parametrize(("unit", "size"), [("%", 1e-2), ("‰", 1e-3)])
+@pytest.mark.parametrize("header", [True, False])
+def test_a_share_of_the_rated_torque_needs_the_rated_torque(tmp_path, unit, size, header):
+    names = {f"tau{j}": f"tau{j} [{unit}]" if header else f"tau{j}" for j in (1, 2)}
+    shares = {f"tau{j}": COLUMNS[f"tau{j}"] / (size * r) for j, r in ((1, 20.0), (2, 5.0))}
+    path = written(tmp_path / "log.csv", renamed(names, **shares))
+    options = {} if header else {"unit": {"tau": unit}}
+    with pytest.raises(LogError, match=r"of the rated torque, .*rated = \[\.\.\] in \[drive\]"):
+        read(path, **options)
+    drive = symgen.parse_robot(symgen.robot_toml(robot()) + RATED).drive
+    log = read_log(path, sigma=(0, 0), drive=drive, reading=Reading(**options))
+    tau = np.column_stack([COLUMNS["tau1"], COLUMNS["tau2"]])
+    np.testing.assert_allclose(log.tau, tau, rtol=1e-12, atol=1e-12)
+    assert unit in log.converted[0][1]
