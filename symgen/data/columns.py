@@ -15,7 +15,7 @@ from shlex import quote
 from typing import NoReturn
 
 from symgen.data.raw import NUMBERED, Wanted, listed, refuse
-from symgen.data.times import FRACTION, fractions
+from symgen.data.times import is_sum, rest_of
 from symgen.data.units import QUANTITIES, TIMES, split_unit, unit_of
 from symgen.errors import plain
 
@@ -95,46 +95,43 @@ def joints_of_file(wanted: Wanted, present: Sequence[str]) -> list[str]:
 
 
 def matched(
-    file: str,
     names: Sequence[str],
     patterns: Mapping[str, str],
     single: Mapping[str, str],
     wanted: Wanted,
-) -> tuple[list[str], tuple[str, ...]]:
+) -> tuple[list[str], str]:
     """Rename columns of a recorder to those of a log; columns with log names stay.
 
     Args:
-        file: name of the file.
-        names: its column names.
+        names: column names of the file.
         patterns: patterns from the user, {"q": "*_position"}, where * is the joint.
         single: columns from the user, {"q1": "E1.pos"}; a pattern is then of the other joints.
         wanted: the robot and the columns to read.
 
     Returns:
-        The new names, and one line that reports the matches, or none.
+        The new names, and the matches as text, or "".
 
     Raises:
         LogError: a role has several patterns, or lacks columns of joints.
     """
     roles = {match[1] for name in names if (match := NUMBERED.fullmatch(name))}
     matches = [f"{own} = {theirs}" for own, theirs in single.items()]
-    known = "t" in names and "q" in roles and roles & {"tau", "i", "qr"}
-    if known and not patterns:  # log names; other columns are ignored
-        return list(names), _line(file, matches)
+    if not patterns and "t" in names and "q" in roles and roles & {"tau", "i", "qr"}:
+        return list(names), ", ".join(matches)  # log names; other columns are ignored
     ours: dict[str, str] = {}
-    if "t" not in names and (time := _time(names)):
-        ours |= dict(zip(time, ("t", FRACTION), strict=False))
-        matches.append(f"t = {'+'.join(time)}")
+    if "t" not in names and (time := _time(names)) is not None:
+        ours[time] = "t"
+        matches.append(f"t = {time}")
     of = ""
     for role in ("q", "qd", "tau", "i"):
         has_torque = "tau" in roles or "tau1" in ours.values()
-        # the joints without a column of their own, and columns of no joint
-        free = [j for j in range(len(names) + (wanted.n or 0)) if f"{role}{j + 1}" not in single]
-        names_of_free = [joint for j, joint in enumerate(wanted.joints) if j in free]
-        n = wanted.n and sum(j < wanted.n for j in free)
+        free = [j for j in range(len(names)) if f"{role}{j + 1}" not in single]
         rest = wanted
-        if n != wanted.n:
-            rest = replace(wanted, n=n, joints=names_of_free, sigma=(), fixed=())
+        if taken := len(names) - len(free):
+            joints = [wanted.joints[j] for j in free if j < len(wanted.joints)]
+            rest = replace(
+                wanted, n=wanted.n and wanted.n - taken, joints=joints, sigma=(), fixed=()
+            )
         if role in patterns:
             pattern, columns = patterns[role], _user_pattern(names, role, patterns[role], rest)
         elif role in roles or (role == "i" and has_torque and not wanted.currents):
@@ -146,39 +143,27 @@ def matched(
             ours |= {column: f"{role}{free[k - first] + 1}" for k, column in columns.items()}
             matches.append(f"{role} = {pattern}")
             if "*" in pattern:
-                joints = ", ".join(rest.joints)
-                named = joints and short_name(rest.joints[0]) in columns[first]
-                numbers = f"{first} to {last}" + (f" for {joints}" if joints else "")
-                of = f"; * = {joints if named else numbers}"
-    return [ours.get(name, name) for name in names], _line(file, matches, of)
+                robot = ", ".join(rest.joints)
+                named = robot and short_name(rest.joints[0]) in columns[first]
+                numbers = f"{first} to {last} for {robot}".removesuffix(" for ")
+                of = f"; * = {robot if named else numbers}"
+    return [ours.get(name, name) for name in names], ", ".join(matches) + of
 
 
-def _line(file: str, matches: Sequence[str], of: str = "") -> tuple[str, ...]:
-    return (f"{file}: columns by name: {', '.join(matches)}{of}",) if matches else ()
-
-
-def _time(names: Sequence[str]) -> list[str]:
-    """Return the only time column, or columns of seconds and of their rest; [] if there are none.
-
-    A time in s is preferred.
-    """
-    pairs = fractions(names)
+def _time(names: Sequence[str]) -> str | None:
+    """Return the only time column, or None; one in s is preferred."""
+    sums = [*filter(is_sum, names)]
+    parts = {*sums, *map(rest_of, sums)}
     times = []
     for name in names:
         tokens = _tokens(split_unit(name)[0])
-        one = len(tokens & TIMES) == 1 and tokens <= TIMES | _SECONDS
-        if one or (name in pairs and tokens <= TIMES | _SECONDS):
+        if name not in parts and len(tokens & TIMES) == 1 and tokens <= TIMES | _SECONDS:
             times.append(name)
-    times = _in_si(times, ("time",)) or (list(pairs) if len(pairs) == 1 else [])
-    texts = ["+".join(map(_shown, _with_rest(name, pairs))) for name in times]
+    times = [*_in_si(times, ("time",)), *sums]
     if len(times) > 1:
-        what = f"{' and '.join(texts[:3])} are times"
-        refuse(what, f'one column t, as by --columns "t={texts[0]}"')
-    return [part for name in times for part in _with_rest(name, pairs)]
-
-
-def _with_rest(name: str, pairs: Mapping[str, str]) -> list[str]:
-    return [name, pairs[name]] if name in pairs else [name]
+        what = f"{' and '.join(map(_shown, times[:3]))} are times"
+        refuse(what, f'one column t, as by --columns "t={_shown(times[0])}"')
+    return times[0] if times else None
 
 
 def _in_si(names: list[str], quantities: Sequence[str]) -> list[str]:
@@ -219,9 +204,8 @@ def _only_pattern(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str,
         complete = {p: c for p, c in runs.items() if len(c) == n} or runs
         if role == "qd" and not any(wanted.kept(len(c)) for c in complete.values()):
             return "", {}  # speeds of some joints are no speeds
-        for pattern, columns in complete.items():
-            if len(complete) == 1 and len(columns) < (n or 0):
-                _refuse_few(names, role, pattern, columns, wanted)
+        if len(complete) == 1:
+            _refuse_few(names, role, complete, wanted)
     preferred = _in_si(list(complete), QUANTITIES[role])
     complete = {p: c for p, c in complete.items() if p in preferred}
     if len(complete) > 1:
@@ -232,15 +216,14 @@ def _only_pattern(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str,
 
 
 def _refuse_few(
-    names: Sequence[str], role: str, pattern: str, columns: Pattern, wanted: Wanted
+    names: Sequence[str], role: str, found: Mapping[str, Pattern], wanted: Wanted
 ) -> None:
-    """Refuse a pattern by number with fewer columns than joints, if other columns may be theirs."""
-    likely = [name for name in names if _role(name) == role and name not in columns.values()]
-    if not likely and role != "q":
-        likely = _spare(names, role, columns)
-    if likely:
+    """Refuse a pattern by number with fewer columns than joints, if another column may be one."""
+    ((pattern, columns),) = found.items()
+    others = [name for name in names if _role(name) == role and name not in columns.values()]
+    if others and len(columns) < (wanted.n or 0):
         what = f"{_shown(pattern)} has {len(columns)} columns for {wanted.n} joints"
-        pairs = f'--columns "{role}1={_shown(likely[0])},{role}={_shown(pattern)}"'
+        pairs = f'--columns "{role}1={_shown(others[0])},{role}={_shown(pattern)}"'
         refuse(what, f"{pairs}, with the number of its joint")
 
 
@@ -368,11 +351,11 @@ def _user_pattern(names: Sequence[str], role: str, pattern: str, wanted: Wanted)
         if len(columns_by_star) == wanted.n:
             stars = ",".join(map(_shown, columns_by_star))
             refuse(what, f"--joints {stars}, in the order of the robot's joints")
-        for group in groups.values():
-            if len(group) > (wanted.n or len(group)):
-                first = [columns_by_star[group[k]] for k in sorted(group)][: wanted.n]
-                pairs = [f"{role}{k}={column}" for k, column in enumerate(first, 1)]
-                what = f"{pattern} has {len(group)} columns for {wanted.n} joints"
-                refuse(what, f'--columns "{plain(",".join(pairs))}", or others')
+        longest = max(groups.values(), key=len, default={})
+        if wanted.n and len(longest) > wanted.n:
+            first = [columns_by_star[star] for _, star in sorted(longest.items())][: wanted.n]
+            pairs = ",".join(f"{role}{k}={_shown(column)}" for k, column in enumerate(first, 1))
+            what = f"{pattern} has {len(longest)} columns for {wanted.n} joints"
+            refuse(what, f'--columns "{pairs}", or others')
         refuse(what, f"a pattern with * for the joint's name or number, of {listed(names)}")
     return {joint: columns_by_star[star] for joint, star in groups[min(complete, key=len)].items()}

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import csv
 import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
-from itertools import islice, pairwise
+from itertools import islice, zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from symgen.data.raw import Reading, refuse
-from symgen.data.times import FRACTION, durations
-from symgen.data.units import is_unit, split_unit
+from symgen.data.times import are_times, durations, joined
+from symgen.data.units import is_unit
 
 #: Options for a table without names of its columns.
-NO_HEADER = '--no-header --columns "t=1,q1=2,..", with the places of t, q1.., tau1..'
+NO_HEADER = (
+    '--no-header --columns "t=1,q1=2,..", with the places of t (t=1+2 for s and ns), q1.., tau1..'
+)
 _PREAMBLE = 50  # lines before the header
 _ROWS = 200 + _PREAMBLE  # lines that show the form
 _SEPARATORS = ",;\t| "
@@ -27,12 +27,8 @@ _COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+([eE][+-]?[0-9]+)?")
 _COMMENT = re.compile(r"\s*(#+\s*|%+\s+)")
 _BRACKETS = "[](){}<>"
 _SHOWN = {"\t": "tabs", ";": "semicolons", " ": "blanks", ",": "commas"}
-_DATE = re.compile("[0-9]{4}-[0-9]{2}-[0-9]{2}")
 #: Accepted content of a time column.
 _TIMES = "seconds, or dates such as 2026-01-31T13:00:00.250, or durations such as 00:00:01.250"
-#: Arrays of a JointState, in the order of `ros2 topic echo --csv`, behind its stamp and frame.
-_STAMPED = ("sec", "nanosec", "frame_id")
-_ARRAYS = ("name", "position", "velocity", "effort")
 
 
 @dataclass(frozen=True)
@@ -43,17 +39,19 @@ class CsvForm:
         separator: character between columns; a blank for any number of blanks and tabs.
         decimal: decimal mark.
         header: column names of the file; "" for a column without one.
+        units: units of the columns in a row below the header, if there is one.
         skipped: lines before the first sample.
         first: cells of the first rows.
-        notes: what is not a table of one header and samples.
+        notes: lines that are neither header nor samples.
     """
 
     separator: str
     decimal: str
     header: tuple[str, ...]
+    units: tuple[str, ...]
     skipped: int
-    first: tuple[tuple[str, ...], ...]
-    notes: tuple[str, ...] = ()
+    first: tuple[Sequence[str], ...]
+    notes: tuple[str, ...]
 
     @property
     def shown(self) -> str:
@@ -72,16 +70,16 @@ class CsvForm:
             f"--decimal '{decimal}'"
         )
 
-    def cells(self, place: int) -> list[str]:
-        """Return the first cells of a column."""
-        return [row[place] for row in self.first if len(row) > place]
+    def with_units(self, names: Sequence[str]) -> list[str]:
+        """Return names of the columns, with the units of the row below."""
+        units = [f" [{unit}]" if unit else "" for unit in self.units]
+        return [name + unit for name, unit in zip_longest(names, units, fillvalue="")]
 
 
-@dataclass(frozen=True)
-class _Row:
+class _Row(NamedTuple):
     """A line with text: its cells, and the number of lines up to its end."""
 
-    cells: tuple[str, ...]
+    cells: Sequence[str]
     end: int
 
     @property
@@ -90,22 +88,21 @@ class _Row:
         return [cell for cell in self.cells if cell]
 
     @property
-    def numbers(self) -> float:
-        """The share of numbers in the cells that are not empty."""
-        texts = self.texts
-        return sum(map(_is_number, texts)) / max(len(texts), 1)
+    def numbers(self) -> int:
+        """How many cells are numbers."""
+        return sum(_NUMBER.fullmatch(cell) is not None for cell in self.cells)
 
     @property
     def is_sample(self) -> bool:
         """Whether it is a row of numbers, of which some cells may be texts."""
-        return len(self.cells) > 1 and self.numbers > 0.5
+        return len(self.cells) > 1 and 2 * self.numbers > len(self.texts)
 
 
 def csv_form(path: Path, reading: Reading) -> CsvForm:
     """Find the form of a CSV from its first lines.
 
-    The separator is the character that divides most lines into numbers. The decimal mark is a comma
-    if numbers in the first rows contain commas. Options take precedence.
+    The separator is the character that divides the lines into most numbers. The decimal mark is a
+    comma if numbers in the first rows contain commas. Options take precedence.
 
     Raises:
         LogError: no line has the names of the columns.
@@ -116,37 +113,30 @@ def csv_form(path: Path, reading: Reading) -> CsvForm:
     excel = re.match("sep=(.)", lines[0]) if lines else None
     if excel:
         lines[0] = "\n"
-    separator = reading.separator or (excel[1] if excel else _separator(lines))
+    usual = max(_SEPARATORS, key=lambda mark: sum(row.numbers for row in _rows(lines, mark)))
+    separator = reading.separator or (excel[1] if excel else usual)
     rows = _rows(lines, separator)
-    names, first = _places(rows)
-    notes = []
+    first = _first_sample(rows)
+    names = _names(rows, first) if reading.header else first
+    header, units = [*rows[names].cells], tuple[str, ...]()
+    first = names + 1
+    notes = [f"lines before the table, not read: {rows[names].end - 1}"] if names else []
     if not reading.header:
-        names, header = first, tuple(str(k + 1) for k in range(len(rows[first].cells)))
-    elif names is None:
-        header = _joint_state(rows[first].cells)
-        notes = ["columns as `ros2 topic echo --csv` writes them"]
-    else:
-        header, first = rows[names].cells, names + 1
-        if first < len(rows) and _has_units(rows[first]):
-            notes = [f"line {rows[first].end} has the units"]
-            header = tuple(map(_with_unit, header, rows[first].cells))
-            first += 1
-    if names:
-        notes.append(f"lines before the table, not read: {rows[names].end - 1}")
+        header, first = [str(k + 1) for k in range(len(header))], names
+    elif first < len(rows) and _has_units(rows[first]):
+        units = tuple(unit.strip(_BRACKETS) for unit in rows[first].cells)
+        notes.append(f"line {rows[first].end} has the units")
+        first += 1
     for row in rows[first : first + 1]:  # the rows, or the header, end with a separator
         if len(row.cells) == len(header) + 1 and not row.cells[-1]:
-            header = (*header, "")
+            header.append("")
         elif len(header) == len(row.cells) + 1 and not header[-1]:
-            header = header[:-1]
+            header.pop()
     cells = tuple(row.cells for row in rows[first:])
     commas = any(_COMMA.fullmatch(cell) for row in cells for cell in row)
     decimal = reading.decimal or ("," if commas else ".")
     skipped = rows[first - 1].end if first else int(excel is not None)
-    return CsvForm(separator, decimal, header, skipped, cells, tuple(notes))
-
-
-def _is_number(cell: str) -> bool:
-    return _NUMBER.fullmatch(cell) is not None
+    return CsvForm(separator, decimal, tuple(header), units, skipped, cells, tuple(notes))
 
 
 def _rows(lines: Sequence[str], separator: str) -> list[_Row]:
@@ -155,47 +145,34 @@ def _rows(lines: Sequence[str], separator: str) -> list[_Row]:
     if separator == " ":
         texts = [" ".join(line.split()) for line in texts]
     reader = csv.reader(texts, delimiter=separator)
-    rows = [_Row(tuple(map(str.strip, cells)), reader.line_num) for cells in reader if cells]
-    return rows or [_Row((), 0)]
+    rows = [_Row([*map(str.strip, cells)], reader.line_num) for cells in reader if cells]
+    return rows or [_Row([], 0)]
 
 
-def _separator(lines: Sequence[str]) -> str:
-    """Return the separator that divides most lines into numbers; if there are none, the most
-    frequent one of the first line.
+def _first_sample(rows: Sequence[_Row]) -> int:
+    """Return the first of two rows of numbers with as many cells as most of them."""
+    widths = [len(row.cells) for row in rows if row.is_sample]
+    width = max(widths, key=widths.count, default=0)
+    alike = bytes(row.is_sample and len(row.cells) == width for row in rows)
+    return max(alike.find(b"\1\1"), 0)
+
+
+def _names(rows: Sequence[_Row], first: int) -> int:
+    """Return the row of the names: that above the first sample with a name for most columns.
+
+    Raises:
+        LogError: there is none.
     """
-    top = next((line for line in lines if line.strip()), "")
-    header = re.sub(r"\d,\d", "", top)
-
-    def score(separator: str) -> tuple[float, int]:
-        numbers = sum(row.numbers for row in _rows(lines, separator) if row.is_sample)
-        return numbers, header.count(separator) if separator != " " else 0
-
-    return max(_SEPARATORS, key=score)
-
-
-def _places(rows: Sequence[_Row]) -> tuple[int | None, int]:
-    """Return the row of the names, or None if there is none, and the first row of numbers.
-
-    The names are those above the numbers with a name for most columns.
-    """
-    widths = Counter(len(row.cells) for row in rows if row.is_sample)
-    if not widths:
-        return 0, 0
-    width = widths.most_common(1)[0][0]
-    alike = [row.is_sample and len(row.cells) == width for row in rows]
-    first = next((k for k, pair in enumerate(pairwise(alike)) if all(pair)), alike.index(True))
-    above = [row for row in rows[:first] if len(row.cells) > 1]
+    width = len(rows[first].cells)
+    above = [row for row in rows[:first] if len(row.cells) > 1 and not row.is_sample]
     if above:
         # the rows, or the header, may end with a separator
-        fit = [(abs(len(r.cells) - width) < 2, not r.is_sample, len(r.texts)) for r in above]
-        return rows.index(above[fit.index(max(fit))]), first
-    if rows[first].numbers < rows[min(first + 1, len(rows) - 1)].numbers:
-        return first, first + 1  # some names are numbers
-    return None, first
-
-
-def _with_unit(name: str, unit: str) -> str:
-    return f"{name} [{unit.strip(_BRACKETS)}]" if unit and not split_unit(name)[1] else name
+        fits = [len(row.texts) if abs(len(row.cells) - width) < 2 else 0 for row in above]
+        return rows.index(above[fits.index(max(fits))])
+    after = rows[first : first + 2][-1]
+    if rows[first].is_sample and rows[first].numbers >= after.numbers:
+        refuse(f"the first line, {rows[first].cells[0]}.., has no names of columns", NO_HEADER)
+    return first  # some names are numbers
 
 
 def _has_units(row: _Row) -> bool:
@@ -204,25 +181,14 @@ def _has_units(row: _Row) -> bool:
     return not row.numbers and 2 * len(units) > len(row.texts)
 
 
-def _joint_state(cells: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the columns that `ros2 topic echo --csv` writes of joint states.
-
-    Raises:
-        LogError: it is a row of something else.
-    """
-    n = (len(cells) - len(_STAMPED)) // len(_ARRAYS)
-    if [*map(_is_number, cells)] != [True, True, *[False] * (n + 1), *[True] * (3 * n)]:
-        refuse(f"the first line, {cells[0]}.., has no names of columns", NO_HEADER)
-    return *_STAMPED, *(f"{name}{k}" for name in _ARRAYS for k in range(n))
-
-
-def read_csv(path: Path, form: CsvForm, used: Mapping[str, str]) -> Any:
-    """Return columns of a CSV as an Arrow table of numbers; times may be dates or durations.
+def read_csv(path: Path, form: CsvForm, used: Mapping[str, str], rest: str = "") -> Any:
+    """Return columns of a CSV as an Arrow table of numbers; t may be dates or durations.
 
     Args:
         path: the file.
         form: form of the CSV.
         used: number of a column, from 0 -> log column.
+        rest: the column with the rest of the seconds in t, or "".
 
     Raises:
         LogError: a row has another number of cells than the header, or a cell is not a number.
@@ -231,106 +197,100 @@ def read_csv(path: Path, form: CsvForm, used: Mapping[str, str]) -> Any:
 
     if not form.first:
         refuse("has a header and no samples", form.accepted)
-    rows: list[Any] = []  # rows with another number of cells
-    table = partial(_table, path, form, list(used), rows)
-    times = [k for k, name in used.items() if name in ("t", FRACTION)]
-    numbers = {k: pa.float64() for k in used if k not in times}
-    error = "column t holds no times"
-    for types in (numbers, numbers | dict.fromkeys(times, pa.string())):
-        try:
-            found = _with_times(table(types), times)
-        except pa.ArrowInvalid as invalid:
-            error = str(invalid)
-        else:
-            if found is not None:
-                return found
-    rows.clear()
+    odd: list[Any] = []  # the first row with another number of cells
+    kinds = {k: None if name == "t" else pa.float64() for k, name in used.items()}
+    if rest:
+        kinds[str(form.header.index(rest))] = pa.float64()
+    try:
+        table = _table(path, form, kinds, odd)
+        for k in used:
+            if used[k] == "t":
+                table = table.set_column(table.schema.get_field_index(k), k, _times(table, k, rest))
+        return table
+    except ValueError as invalid:  # of Arrow too
+        error = str(invalid)
+    odd.clear()
     # The reader counts rows on a single thread only.
     with suppress(pa.ArrowInvalid):
-        texts = table(dict.fromkeys(used, pa.string()), threads=False)
+        texts = _table(path, form, dict.fromkeys(used, pa.string()), odd, threads=False)
         _require_numbers(texts.to_pydict(), form, used)
-    if rows:
-        sample, cells = rows[0].number - form.skipped - 1, rows[0].actual_columns
+    if odd:
+        sample, cells = odd[0].number - form.skipped - 1, odd[0].actual_columns
         error = f"sample {sample}: {cells} values for {len(form.header)} columns"
     return refuse(error, form.accepted)
 
 
 def texts_of(path: Path, form: CsvForm, place: int) -> list[str]:
-    """Return the different texts of a column of a CSV; those of its first rows if a row is odd."""
+    """Return the different texts of a column of a CSV."""
     import pyarrow as pa
 
-    with suppress(pa.ArrowInvalid):
-        table = _table(path, form, [str(place)], [], {str(place): pa.string()})
-        return list(map(str.strip, table.column(0).unique().to_pylist()))
-    return list(dict.fromkeys(form.cells(place)))
+    column = _table(path, form, {str(place): pa.string()}, []).column(0)
+    return [text.strip() for text in column.unique().to_pylist()]
 
 
 def _table(
-    path: Path,
-    form: CsvForm,
-    used: Sequence[str],
-    odd: list[Any],
-    types: Mapping[str, Any],
-    threads: bool = True,
+    path: Path, form: CsvForm, kinds: Mapping[str, Any], odd: list[Any], threads: bool = True
 ) -> Any:
     """Return columns of a CSV as an Arrow table.
 
     Args:
         path, form: the file and its form.
-        used: numbers of the columns, from 0.
+        kinds: number of a column, from 0 -> Arrow type, or None to find it from the cells.
         odd: receives the first row with another number of cells.
-        types: number of a column -> Arrow type; other types follow from the cells.
         threads: whether to read by several threads.
 
     Raises:
         ArrowInvalid: a row has another number of cells, or a cell is not of the type.
     """
+    import pyarrow as pa
     import pyarrow.csv as pacsv
 
     def refused(row: Any) -> str:
         odd.append(row)
         return "error"
 
+    file: Any = path
+    if form.separator == " ":
+        lines = path.read_bytes().split(b"\n")
+        file = pa.BufferReader(b"\n".join(b" ".join(line.split()) for line in lines))
     names = [str(k) for k in range(len(form.header))]
+    known = {k: kind for k, kind in kinds.items() if kind}
     return pacsv.read_csv(
-        _content(path) if form.separator == " " else path,
+        file,
         pacsv.ReadOptions(column_names=names, skip_rows=form.skipped, use_threads=threads),
         pacsv.ParseOptions(delimiter=form.separator, invalid_row_handler=refused),
-        pacsv.ConvertOptions(include_columns=used, column_types=types, decimal_point=form.decimal),
+        pacsv.ConvertOptions(
+            include_columns=[*kinds], column_types=known, decimal_point=form.decimal
+        ),
     )
 
 
-def _content(path: Path) -> Any:
-    """Return a CSV with a single blank between its columns."""
+def _times(table: Any, time: str, rest: str) -> Any:
+    """Return the column of the time: numbers, dates or durations.
+
+    Raises:
+        ValueError: it holds something else.
+    """
     import pyarrow as pa
 
-    lines = path.read_bytes().split(b"\n")
-    return pa.BufferReader(b"\n".join(b" ".join(line.split()) for line in lines))
-
-
-def _with_times(table: Any, columns: Sequence[str]) -> Any:
-    """Return a table with texts of durations converted; None if a column holds no times."""
-    import pyarrow as pa
-
-    tests = (pa.types.is_integer, pa.types.is_floating, pa.types.is_timestamp)
-    for k in columns:
-        column = table.column(k)
-        if any(test(column.type) for test in tests):
-            continue
-        found = durations(column.to_pylist()) if pa.types.is_string(column.type) else None
-        if found is None:
-            return None
-        table = table.set_column(table.schema.get_field_index(k), k, pa.array(found))
-    return table
+    column = table.column(time)
+    if rest:
+        return pa.array(joined(column.to_numpy(), table.columns[-1].to_numpy(), rest))
+    if pa.types.is_string(column.type):
+        return pa.array(durations(column.to_pylist()))
+    usual = (pa.types.is_integer, pa.types.is_floating, pa.types.is_timestamp)
+    if not any(test(column.type) for test in usual):
+        raise ValueError(f"column t holds {column.type}")
+    return column
 
 
 def _require_numbers(
     texts: Mapping[str, Sequence[str]], form: CsvForm, used: Mapping[str, str]
 ) -> None:
-    """Refuse the first cell of a CSV that is not a number."""
+    """Refuse the first cell of a CSV that is not a number; t may be dates or durations."""
     swapped = str.maketrans(",.", ".,") if form.decimal == "," else {}
     for k, name in used.items():
-        if name == "t" and (all(map(_DATE.match, texts[k])) or durations(texts[k]) is not None):
+        if name == "t" and are_times(texts[k]):
             continue
         for sample, cell in enumerate(texts[k]):
             try:

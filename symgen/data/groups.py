@@ -21,7 +21,6 @@ from symgen.data.raw import (
     refuse,
     refuse_currents,
 )
-from symgen.data.times import FRACTION
 from symgen.data.units import split_unit
 from symgen.errors import plain
 
@@ -41,31 +40,24 @@ def with_joints(path: Path, form: CsvForm, wanted: Wanted) -> list[str]:
         LogError: the names change, or are not those of the robot's joints.
     """
     header = list(form.header)
-    columns = [(k, m) for k, name in enumerate(header) if (m := _INDEXED.fullmatch(name))]
     named: dict[tuple[str, int], str] = {}  # prefix and number of a column -> joint
     for k, name in enumerate(header):
         match = _NAMES.fullmatch(name)
-        if match and (match[2] or form.cells(k)[0][:1] in ("[", "(")):
-            joints = _joints(texts_of(path, form, k), name)
-            named |= {(match[1], int(match[2] or j)): joint for j, joint in enumerate(joints)}
-    for k, m in columns:
-        if joint := named.get((m[1], int(m[3]))):
-            header[k] = f"{m[1]}{m[2]}.{joint}"
+        if match and (match[2] or form.first[0][k][:1] in ("[", "(")):
+            texts = texts_of(path, form, k)
+            if len(texts) > 1:
+                what = f"the joints in column {name} change: {listed(texts)}"
+                refuse(what, "one order of joints in a file")
+            joints = texts[0].strip("[]()").split(",")
+            numbers = [int(match[2])] if match[2] else range(len(joints))
+            named |= {(match[1], j): x.strip(" '\"") for j, x in zip(numbers, joints, strict=True)}
+    for k, name in enumerate(header):
+        match = _INDEXED.fullmatch(name)
+        if match and (joint := named.get((match[1], int(match[3])))):
+            header[k] = f"{match[1]}{match[2]}.{joint}"
     if named:
         joints_of_file(wanted, [*named.values()])
     return header
-
-
-def _joints(texts: Sequence[str], column: str) -> list[str]:
-    """Return the names in a column: one, or a list such as ['elbow', 'hip'].
-
-    Raises:
-        LogError: its rows differ.
-    """
-    if len(texts) > 1:
-        what = f"the joints in column {column} change: {listed(texts[:2])}"
-        refuse(what, "one order of joints in a file")
-    return [name.strip(" '\"") for name in texts[0].strip("[]() ").split(",")] if texts else []
 
 
 def assigned(
@@ -83,13 +75,9 @@ def assigned(
     names = [name.strip() for name in stored]
     wanted = replace(wanted, joints=wanted.reading.joints or wanted.joints)
     columns = dict(wanted.reading.pairs)
-    if "t" in columns and columns["t"] not in names:
-        seconds, plus, rest = columns["t"].partition("+")
-        columns |= {"t": seconds, FRACTION: rest} if plus else {}
-    columns = {ours: _named(theirs, names) for ours, theirs in columns.items()}
     patterns = {o: columns.pop(o) for o, theirs in [*columns.items()] if "*" in theirs and o != "t"}
     for ours, theirs in columns.items():
-        if ours not in ("t", FRACTION, *IMU) and NUMBERED.fullmatch(ours) is None:
+        if ours not in ("t", *IMU) and NUMBERED.fullmatch(ours) is None:
             refuse(f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
         if theirs not in names:
             refuse(f"there is no column {theirs!r} (--columns {ours})", listed(names))
@@ -109,21 +97,16 @@ def assigned(
         match = NUMBERED.fullmatch(name)
         if match and match[1] in from_zero:
             given[place] = f"{match[1]}{int(match[2]) + 1}"
-    found, notes = matched(file, given, patterns, columns, wanted)
-    if from_zero:
-        notes = (*notes, f"{file}: {', '.join(from_zero)} count joints from 0")
+    found, matches = matched(given, patterns, columns, wanted)
     groups = _groups(found, names, wanted)
     used = {column for group in groups.values() for column in group.values()}
     spare = [own for own, name in zip(names, found, strict=True) if own and name not in used]
-    if notes and spare:
-        notes = (f"{notes[0]}; not used: {listed(spare)}", *notes[1:])
-    return found, groups, notes
-
-
-def _named(theirs: str, names: Sequence[str]) -> str:
-    """Return a column of the file by its name with or without the unit in brackets."""
-    units = [name for name in names if name.startswith(f"{theirs} [")]
-    return units[0] if theirs not in names and len(units) == 1 else theirs
+    if matches and spare:
+        matches = f"{matches}; not used: {listed(spare)}"
+    notes = [f"columns by name: {matches}"] if matches else []
+    if from_zero:
+        notes.append(f"{', '.join(from_zero)} count joints from 0")
+    return found, groups, tuple(f"{file}: {note}" for note in notes)
 
 
 def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> Groups:
@@ -134,11 +117,10 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> Groups:
         stored: names of these columns in the file.
         wanted: the robot and the columns to read.
     """
-    for own, name in zip(stored, names, strict=True):
-        count = max(names.count(name), stored.count(own))
-        if count > 1 and (name in ("t", FRACTION, *IMU) or NUMBERED.fullmatch(name)):
-            shown = name if own == name else f"{own} ({name})"
-            refuse(f"the column {shown} occurs {count} times", f"each column once, or {NO_HEADER}")
+    for name in ("t", *IMU, *filter(NUMBERED.fullmatch, names)):
+        count = names.count(name)
+        if count > 1:
+            refuse(f"the column {name} occurs {count} times", f"each column once, or {NO_HEADER}")
     named = [name for name in names if name]
     numbered = [match for name in named if (match := NUMBERED.fullmatch(name))]
     numbers = {
@@ -166,7 +148,7 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> Groups:
     imu = {k: name for k, name in enumerate(IMU) if name in named}
     if not wanted.currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
         del numbers["i"]
-    groups = {"t": {0: "t", 1: FRACTION} if FRACTION in named else {0: "t"}}
+    groups = {"t": {0: "t"}}
     if len(imu) == len(IMU):
         groups["imu"] = imu
     for role, have in numbers.items():

@@ -155,18 +155,15 @@ def reading_of(name: str, reading: Reading, log: LogForm | None) -> Reading:
     bare = {split_unit(column)[0] for column in names}
     if not {"q1", "q"} & bare or not {"tau1", "i1", "tau", "i"} & bare:
         return full
-    if log.columns and all(_is_there(x, names) for x in columns_from(log.columns).values()):
+    theirs = [column.split("+")[0].partition("*") for column in columns_from(log.columns).values()]
+    if log.columns and all(
+        any(n.startswith(a) and n.endswith(b) for n in names) for a, _, b in theirs
+    ):
         return full
-    stated = (full.unit, full.time_unit) == (reading.unit, reading.time_unit)
-    if not log.columns and not stated:
+    if not log.columns and (log.unit or log.time_unit) and not (reading.unit or reading.time_unit):
         what = "[log] of the robot file has units and no columns, and the file has those of a log"
         refuse(what, "columns in [log], such as q=q*,tau=tau*; or --unit rad (deg), --time-unit s")
     return reading
-
-
-def _is_there(column: str, names: Sequence[str]) -> bool:
-    first, _, last = column.split("+")[0].partition("*")
-    return any(name.startswith(first) and name.endswith(last) for name in names)
 
 
 def make_log(
@@ -458,10 +455,9 @@ def _require_finite(role: str, array: FloatArray, t: FloatArray, names: Mapping[
 
 def _require_signed(role: str, x: FloatArray, names: Mapping[str, str]) -> None:
     """Refuse torques or currents (N, n) that are counts with the sign in a bit."""
-    for j, counts in enumerate(x.T):
-        bit = sign_bit(counts)
-        if bit is not None:
-            what = f"column {_shown(f'{role}{j + 1}', names)} has counts whose sign is in bit {bit}"
+    for j, bit in enumerate(map(sign_bit, x.T), 1):
+        if bit:
+            what = f"column {_shown(f'{role}{j}', names)} has counts whose sign is in bit {bit}"
             refuse(what, f"--unit {role}=sign{bit}, or --unit {role}={_SI_OF[role]}")
 
 

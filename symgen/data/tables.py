@@ -41,7 +41,7 @@ from symgen.data.raw import (
     require_shapes,
     require_size,
 )
-from symgen.data.times import FRACTION, joined
+from symgen.data.times import paired, rest_of
 from symgen.data.units import IN_SI, Units, units_of
 from symgen.data.urls import is_remote, open_remote
 from symgen.errors import SymgenError, located
@@ -100,13 +100,12 @@ def names_of(name: str, reading: Reading) -> Sequence[str]:
     """Return the columns of a table, or the arrays of an NPZ; () if it cannot be read."""
     suffix = name[name.rfind(".") :].lower()
     with suppress(SymgenError, OSError, ValueError, zipfile.BadZipFile, csv.Error):
-        if suffix == ".parquet":
-            with parquet_file(name) as file:
-                return [*_elements(file)]
         if suffix == ".npz":
-            with zipfile.ZipFile(name) as archive:
-                return [key.removesuffix(".npy") for key in archive.namelist()]
-        return csv_form(Path(name), reading).header
+            return [key.removesuffix(".npy") for key in zipfile.ZipFile(name).namelist()]
+        if suffix != ".parquet":
+            return csv_form(Path(name), reading).header
+        with parquet_file(name) as file:
+            return [*_elements(file)]
     return ()
 
 
@@ -156,14 +155,8 @@ class ColumnTable:
 
     def times(self) -> Iterator[NDArray[Any]]:
         """Yield the time column in batches."""
-        stored = [self.stored[column] for column in self.groups["t"].values()]
-        for batch in self.batches(stored, range(len(self.ends))):
-            yield self.units.seconds(self._stamps(batch.columns))
-
-    def _stamps(self, columns: Sequence[Any]) -> NDArray[Any]:
-        """Return the time column, or seconds and their rest in one."""
-        seconds, *rest = map(_numbers, columns)
-        return joined(seconds, rest[0], self.names[FRACTION]) if rest else seconds
+        for batch in self.batches([self.stored["t"]], range(len(self.ends))):
+            yield self.units.seconds(_numbers(batch.column(0)))
 
     def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
         """Yield spans of rows; each group of rows is decoded once.
@@ -188,9 +181,8 @@ class ColumnTable:
                 if batch is None:
                     refuse(f"ends before row {last}", "a file that does not change")
                 if row + batch.num_rows > first:
-                    times = len(self.groups["t"])  # the first columns
                     columns = dict(zip(used, map(_numbers, batch.columns), strict=True))
-                    columns["t"] = self.units.seconds(self._stamps(batch.columns[:times]))
+                    columns["t"] = self.units.seconds(columns["t"])
                     held.append((row, columns))
                 row += batch.num_rows
             arrays: dict[str, NDArray[Any]] = {}
@@ -256,22 +248,20 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
         LogError: the file is not a table of numbers with the columns of a log.
     """
     form = csv_form(path, wanted.reading)
-    names, groups, notes = assigned(with_joints(path, form, wanted), path.name, wanted)
+    header = paired(with_joints(path, form, wanted), wanted.reading.pairs.get("t", ""))
+    names, groups, notes = assigned(header, path.name, wanted)
     # Column numbers as names: names of the file may occur twice.
     stored = {name: str(k) for k, name in enumerate(names)}
-    table = read_csv(path, form, {stored[name]: name for name in _columns(groups)})
+    time = header[int(stored["t"])]
+    rest = "" if time in form.header else rest_of(time)
+    table = read_csv(path, form, {stored[name]: name for name in _columns(groups)}, rest)
     changed = [] if (form.separator, form.decimal) == (",", ".") else [form.shown]
     lines = (f"{path.name}: {note}" for note in (*form.notes, *changed))
+    shown = dict(zip(names, form.with_units(header), strict=True))
     return ColumnTable(
-        np.array([table.num_rows]), groups, stored, dict(zip(names, form.header, strict=True)),
+        np.array([table.num_rows]), groups, stored, shown,
         (*lines, *notes), lambda columns, _: iter(table.select(columns).to_batches()),
     )  # fmt: skip
-
-
-def _is_stamp(kind: Any) -> bool:
-    import pyarrow as pa
-
-    return bool(pa.types.is_timestamp(kind) or pa.types.is_duration(kind))
 
 
 def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
@@ -288,9 +278,11 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
     used, stored = _columns(groups), dict(zip(names, elements, strict=True))
     for column in used:
         source, place = elements[stored[column]]
-        kind = schema.field(source).type if place is None else schema.field(source).type.value_type
+        kind = schema.field(source).type
+        kind = kind if place is None else kind.value_type
         numeric = pa.types.is_integer(kind) or pa.types.is_floating(kind)
-        if not (numeric or (column == "t" and _is_stamp(kind))):
+        stamps = pa.types.is_timestamp(kind) or pa.types.is_duration(kind)
+        if not (numeric or (column == "t" and stamps)):
             shown = column if stored[column] == column else f"{stored[column]} ({column})"
             refuse(f"column {shown} holds {kind}", "floats or integers")
     if not is_remote(name):
@@ -306,19 +298,18 @@ def _elements(file: Any) -> dict[str, tuple[str, int | None]]:
     """Return the columns of a Parquet file, each element of a list as its own: "state[0]".
 
     Returns:
-        Name -> column of the file, and place in its lists or None. A list has as many elements as
-        in the first row.
+        Name -> column of the file, and the place in its lists or None. A list has as many elements
+        as in the first row.
     """
     schema = file.schema_arrow
     lists = [field.name for field in schema if hasattr(field.type, "value_type")]
-    batch = next(batches(file, lists), None) if lists else None
-    first = {} if batch is None else batch.slice(0, 1).to_pylist()[0]
+    rows = next(batches(file, lists), None) if lists else None
     out: dict[str, tuple[str, int | None]] = {}
     for name in schema.names:
-        cell = first.get(name)
-        count = len(cell) if isinstance(cell, list) else 0
+        count = len(rows[name][0].as_py() or ()) if rows and name in lists else 0
         out |= {f"{name}[{k}]": (name, k) for k in range(count)}
-        out |= {} if count else {name: (name, None)}
+        if not count:
+            out[name] = (name, None)
     return out
 
 
@@ -329,13 +320,13 @@ def _picked(
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    for batch in batches(file, sorted({column for column, _ in elements}), groups):
-        with arrow_reads():
-            arrays = [
-                batch[column] if place is None else pc.list_element(batch[column], place)
-                for column, place in elements
-            ]
-        yield pa.record_batch(arrays, [str(k) for k in range(len(arrays))])
+    for batch in batches(file, sorted({name for name, _ in elements}), groups):
+        arrays = {}
+        for name, k in elements:
+            with arrow_reads():
+                column = batch[name] if k is None else pc.list_element(batch[name], k)
+            arrays[f"{name}[{k}]"] = column
+        yield pa.record_batch(arrays)
 
 
 @contextmanager
@@ -497,8 +488,7 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
             refuse(f"there is no array {names[role]} among {listed(keys)}", KEYS)
     t = arrays["t"]
     if len(t.shape) == 2 and 1 in t.shape:  # of MATLAB
-        in_file = isinstance(t, StoredArray)
-        arrays["t"] = replace(t, shape=(math.prod(t.shape),)) if in_file else t.ravel()
+        arrays["t"] = t[:].ravel()
     require_shapes(arrays)
     used = {names.get(role) for role in arrays}
     return Arrays(arrays, tuple(key for key in keys if key not in used))

@@ -37,18 +37,18 @@ class Unit:
         name: its name for messages.
         quantity: what it measures.
         size: its size in the SI unit of the quantity; of a share, in the rated value.
-        sign: number of the bit with the sign of a count, from 0; None for usual numbers.
+        sign: number of the bit with the sign of a count; 0 for usual numbers.
     """
 
     name: str
     quantity: str
     size: float
-    sign: int | None = None
+    sign: int = 0
 
     @property
     def foreign(self) -> bool:
         """Whether symgen has to convert it."""
-        return self.size != 1.0 or self.sign is not None
+        return self.size != 1.0 or self.sign > 0
 
     def si(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return values of a column (N,) in the SI unit.
@@ -56,22 +56,15 @@ class Unit:
         Raises:
             LogError: they are no counts with a sign in the bit `sign`.
         """
-        if self.sign is None:
+        if not self.sign:
             return x * self.size
-        if not is_count(x) or np.nanmax(x, initial=0) >= 2 << self.sign:
-            refuse(
-                f"--unit {self.name}: the column has other values", f"0 to {(2 << self.sign) - 1}"
-            )
-        return with_sign(x, self.sign)
+        limit = 2 << self.sign
+        if np.nanmin(x) < 0 or np.nanmax(x) >= limit:
+            refuse(f"--unit {self.name}: the column has other values", f"0 to {limit - 1}")
+        return _with_sign(x, self.sign)
 
 
-def is_count(x: NDArray[Any]) -> bool:
-    """Return whether all values (N,) are whole numbers of 0 or more, or missing."""
-    values = np.nan_to_num(x, nan=0.0)
-    return bool((values >= 0).all() and (values % 1 == 0).all())
-
-
-def with_sign(counts: NDArray[Any], bit: int) -> NDArray[Any]:
+def _with_sign(counts: NDArray[Any], bit: int) -> NDArray[Any]:
     """Return counts (N,) whose sign is a bit as usual numbers."""
     top = 1 << bit
     return np.where(counts >= top, top - counts, counts)
@@ -83,13 +76,13 @@ def sign_bit(counts: NDArray[Any]) -> int | None:
     With the bit as the sign, the steps between samples are smaller than with the counts as they are
     or with two's complement.
     """
-    bit = int(counts.max(initial=0)).bit_length() - 1
-    high = counts >= 1 << max(bit, 0)
-    if bit < _LEAST_BIT or not is_count(counts) or high.mean() < _NEGATIVE:
+    bit = int(counts.max()).bit_length() - 1
+    if bit < _LEAST_BIT or counts.min() < 0 or (counts % 1).any():
         return None
-    ways = counts, counts - high * (2 << bit), with_sign(counts, bit)
+    high = counts >= 1 << bit
+    ways = counts, counts - high * (2 << bit), _with_sign(counts, bit)
     *others, steps = (np.sum(np.diff(y) ** 2) for y in ways)
-    return bit if steps < 0.5 * min(others) else None
+    return bit if high.mean() > _NEGATIVE and steps < 0.5 * min(others) else None
 
 
 #: Quantity, unit, size in the SI unit, and written forms, in lower case without blanks.
@@ -116,9 +109,7 @@ force N     1     n
 force mN    1e-3  mn
 force kN    1e3   kn
 torque %    1e-2  % percent
-torque ‰    1e-3  ‰ permille
 force  %    1e-2  % percent
-force  ‰    1e-3  ‰ permille
 current A   1     a amp amps ampere
 current mA  1e-3  ma
 """
@@ -133,7 +124,7 @@ for _line in _TABLE.strip().splitlines():
     if _quantity == "time":
         _TIME.append(_unit)
 #: Forms that need brackets, because they could also be letters or words of a name.
-_BRACKETED = set("% ‰ m n a ° °/s turn turns rev revs meter meters kn mn".split())
+_BRACKETED = set("% m n a ° °/s turn turns rev revs meter meters kn mn".split())
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\[\](){}<>]*?)\s*[\])>}]\s*()")
 _BARE = "|".join(map(re.escape, sorted(set(_WRITTEN) - _BRACKETED)))
 _SUFFIX = re.compile(rf"(.*?[a-z0-9*])[\s_.-]+({_BARE})([\s_]*[0-9]+)?", re.IGNORECASE)
@@ -147,7 +138,6 @@ QUANTITIES = {
     "tau": ("torque", "force"),
     "i": ("current", "current"),
 }
-_SHARES = ("%", "‰")  # units that are shares of a rated value
 _SI = {"angle": "rad", "rate": "rad/s", "length": "m", "speed": "m/s", "torque": "Nm"}
 _SI |= {"force": "N", "current": "A"}
 
@@ -271,7 +261,7 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
         of: dict[tuple[str, str], list[str]] = {}  # columns of each unit and its source
         for column, (unit, source) in zip(columns, units, strict=True):
             if unit.foreign:
-                done = f"converted to {_SI[unit.quantity]}" if unit.sign is None else "read so"
+                done = f"converted to {_SI[unit.quantity]}" if not unit.sign else "read so"
                 of.setdefault((f"in {unit.name} by {source}", done), []).append(column)
         conversions += [(", ".join(alike), *said) for said, alike in of.items()]
     return Units(tuple(found), time.ticks, time.origin, tuple(conversions))
@@ -316,11 +306,11 @@ def _of_joint(unit: Unit, column: str, j: int, wanted: Wanted) -> Unit:
     Raises:
         LogError: the rated torque is unknown.
     """
-    if unit.name not in _SHARES:
+    if unit.name != "%":
         return unit
     rated = wanted.drive.rated if wanted.drive else None
     if rated is None:
-        what = f"column {column!r} is in {unit.name} of the rated torque, which is unknown"
+        what = f"column {column!r} is in % of the rated torque, which is unknown"
         refuse(what, "rated = [..] in [drive] of the robot file, in N m (N) on the side of tau")
     return replace(unit, size=unit.size * rated[j])
 
@@ -330,7 +320,7 @@ def _unit_option(role: str, j: int, quantity: str, options: Mapping[str, str]) -
     for key in (f"{role}{j + 1}", role, ""):
         if key in options:
             text = options[key]
-            if sign := re.fullmatch("sign([0-9]|[1-5][0-9])", text):
+            if sign := re.fullmatch("sign([1-9]|[1-5][0-9])", text):
                 return Unit(text, quantity, 1.0, int(sign[1]))
             unit = unit_of(text, quantity)
             if unit is None and key:
