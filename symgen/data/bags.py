@@ -48,45 +48,13 @@ class _Message(NamedTuple):
         return cls(stamp, received, list(m.name), m.position, m.velocity, m.effort)
 
 
-class _Mcap:
-    """An open MCAP file, with the names that rosbags has."""
-
-    def __init__(self, file: IO[bytes]) -> None:
-        from mcap.reader import make_reader
-
-        self.reader = make_reader(file, validate_crcs=True)
-        summary = self.reader.get_summary()
-        if summary is None or summary.statistics is None:
-            refuse("has no index", "the file after `mcap recover`")
-        counts = summary.statistics.channel_message_counts
-        self.connections = []
-        for key, channel in summary.channels.items():
-            schema = summary.schemas.get(channel.schema_id)
-            ext = SimpleNamespace(serialization_format=channel.message_encoding)
-            self.connections.append(
-                SimpleNamespace(
-                    id=key, topic=channel.topic, msgtype=schema.name if schema else "", ext=ext,
-                    msgcount=counts.get(key, 0),
-                )
-            )  # fmt: skip
-
-    def messages(self, channels: Sequence[SimpleNamespace]) -> Iterator[tuple[Any, int, bytes]]:
-        """Yield channel, time of receipt and data of the messages of some channels."""
-        chosen = {c.id for c in channels}
-        for _, channel, message in self.reader.iter_messages([c.topic for c in channels]):
-            if channel.id in chosen:
-                yield channel, message.log_time, message.data
-
-
 def is_bag(path: Path) -> bool:
     """Return whether a path is an MCAP file, a bag file, or a folder of them without tables."""
     if not path.is_dir():
         return path.suffix.lower() in _SUFFIXES
-    return (path / "metadata.yaml").is_file() or bool(_files(path) and not _files(path, _TABLES))
-
-
-def _files(folder: Path, suffixes: Sequence[str] = _SUFFIXES) -> list[Path]:
-    return sorted(p for p in folder.iterdir() if p.suffix.lower() in suffixes)
+    suffixes = {file.suffix.lower() for file in path.iterdir()}
+    bag = not suffixes.isdisjoint(_SUFFIXES) and suffixes.isdisjoint(_TABLES)
+    return bag or (path / "metadata.yaml").is_file()
 
 
 def _whole(path: Path) -> Path:
@@ -97,11 +65,11 @@ def _whole(path: Path) -> Path:
     """
     if not path.is_dir() or (path / "metadata.yaml").is_file():
         return path
-    files = _files(path)
-    if len(files) > 1:
-        names = ", ".join(file.name for file in files)
-        refuse(f"has no metadata.yaml for {names}", f"ros2 bag reindex {path}, or one of the files")
-    return files[0]
+    file, *others = sorted(file for file in path.iterdir() if file.suffix.lower() in _SUFFIXES)
+    if others:
+        what = f"has no metadata.yaml for {', '.join(x.name for x in (file, *others))}"
+        refuse(what, f"ros2 bag reindex {path}, or one of the files")
+    return file
 
 
 def read_bag(path: Path, wanted: Wanted) -> Raw:
@@ -121,7 +89,8 @@ def read_bag(path: Path, wanted: Wanted) -> Raw:
     fields = _fields(wanted.reading, wanted.currents)
     if find_spec("rosbags") is None:
         refuse("rosbags is not installed", "after pip install 'symgen[ros]'")
-    with _opened(_whole(path), wanted.reading.topic) as (announced, messages):
+    whole = _whole(path)
+    with _opened(whole, wanted.reading.topic) as (announced, messages):
         messages_read = list(messages)
     if not messages_read:
         refuse("has no message of joint states", _ACCEPTED)
@@ -163,7 +132,7 @@ def read_bag(path: Path, wanted: Wanted) -> Raw:
     notes = (
         (announced - read, f"{read} of the {announced} messages can be read"),
         (other, f"{other} messages of other joints, or with other fields, left out"),
-        (_whole(path) != path, f"no metadata.yaml; {_whole(path).name} is read"),
+        (whole != path, f"no metadata.yaml; {whole.name} is read"),
         (unstamped, "the stamps in the headers are 0; t is the time when a message was received"),
         (late, f"{late} messages came out of order and were sorted by stamp"),
         (twice, f"{twice} repeated messages left out"),
@@ -207,7 +176,7 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
             except Exception:  # it has channels that are none of ROS 2
                 if path.suffix != ".mcap" or find_spec("mcap") is None:
                     raise
-                bag = _Mcap(stack.enter_context(path.open("rb")))
+                bag = _by_mcap(stack.enter_context(path.open("rb")))
             states = [c for c in bag.connections if c.msgtype in _TYPES]
             topics = sorted({c.topic for c in states})
             chosen = _topic(topic, topics, sorted({c.topic for c in bag.connections}))
@@ -228,6 +197,30 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
         raise
     except Exception as error:  # a damaged bag can raise any exception, MemoryError too
         refuse(f"cannot be read: {str(error)[:200] or type(error).__name__}", _ACCEPTED)
+
+
+def _by_mcap(file: IO[bytes]) -> SimpleNamespace:
+    """Open an MCAP file as rosbags does; channels that are not of ROS 2 are left out."""
+    from mcap.reader import make_reader
+
+    reader = make_reader(file, validate_crcs=True)
+    summary: Any = reader.get_summary()
+    connections = [
+        SimpleNamespace(
+            topic=channel.topic,
+            msgtype=summary.schemas[channel.schema_id].name,
+            msgcount=summary.statistics.channel_message_counts.get(key, 0),
+            ext=SimpleNamespace(serialization_format="cdr"),
+        )
+        for key, channel in summary.channels.items()
+        if channel.message_encoding == "cdr"
+    ]
+
+    def messages(states: Sequence[SimpleNamespace]) -> Iterator[tuple[Any, int, bytes]]:
+        for _, channel, message in reader.iter_messages({c.topic for c in states}):
+            yield channel, message.log_time, message.data
+
+    return SimpleNamespace(connections=connections, messages=messages)
 
 
 def _topic(topic: str, topics: list[str], every: list[str]) -> str:
