@@ -7,13 +7,12 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import islice, zip_longest
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from symgen.data.raw import Reading, refuse
-from symgen.data.times import are_times, durations, joined
-from symgen.data.units import is_unit
+from symgen.data.units import are_times, durations, is_unit, joined
 
 #: Options for a table without names of its columns.
 NO_HEADER = (
@@ -39,7 +38,7 @@ class CsvForm:
         separator: character between columns; a blank for any number of blanks and tabs.
         decimal: decimal mark.
         header: column names of the file; "" for a column without one.
-        units: units of the columns in a row below the header, if there is one.
+        units: unit of each column in a row below the header, " [rad]", or "".
         skipped: lines before the first sample.
         first: cells of the first rows.
         notes: lines that are neither header nor samples.
@@ -70,32 +69,16 @@ class CsvForm:
             f"--decimal '{decimal}'"
         )
 
-    def with_units(self, names: Sequence[str]) -> list[str]:
-        """Return names of the columns, with the units of the row below."""
-        units = [f" [{unit}]" if unit else "" for unit in self.units]
-        return [name + unit for name, unit in zip_longest(names, units, fillvalue="")]
-
 
 class _Row(NamedTuple):
-    """A line with text: its cells, and the number of lines up to its end."""
+    """A line with text: its cells, the lines up to its end, and how many cells are numbers and
+    words.
+    """
 
     cells: Sequence[str]
     end: int
-
-    @property
-    def texts(self) -> list[str]:
-        """The cells that are not empty."""
-        return [cell for cell in self.cells if cell]
-
-    @property
-    def numbers(self) -> int:
-        """How many cells are numbers."""
-        return sum(_NUMBER.fullmatch(cell) is not None for cell in self.cells)
-
-    @property
-    def is_sample(self) -> bool:
-        """Whether it is a row of numbers, of which some cells may be texts."""
-        return len(self.cells) > 1 and 2 * self.numbers > len(self.texts)
+    numbers: int
+    words: int
 
 
 def csv_form(path: Path, reading: Reading) -> CsvForm:
@@ -118,13 +101,13 @@ def csv_form(path: Path, reading: Reading) -> CsvForm:
     rows = _rows(lines, separator)
     first = _first_sample(rows)
     names = _names(rows, first) if reading.header else first
-    header, units = [*rows[names].cells], tuple[str, ...]()
-    first = names + 1
+    header, first = [*rows[names].cells], names + 1
+    units = [""] * len(header)
     notes = [f"lines before the table, not read: {rows[names].end - 1}"] if names else []
     if not reading.header:
         header, first = [str(k + 1) for k in range(len(header))], names
     elif first < len(rows) and _has_units(rows[first]):
-        units = tuple(unit.strip(_BRACKETS) for unit in rows[first].cells)
+        units = [f" [{unit.strip(_BRACKETS)}]" if unit else "" for unit in rows[first].cells]
         notes.append(f"line {rows[first].end} has the units")
         first += 1
     for row in rows[first : first + 1]:  # the rows, or the header, end with a separator
@@ -136,7 +119,7 @@ def csv_form(path: Path, reading: Reading) -> CsvForm:
     commas = any(_COMMA.fullmatch(cell) for row in cells for cell in row)
     decimal = reading.decimal or ("," if commas else ".")
     skipped = rows[first - 1].end if first else int(excel is not None)
-    return CsvForm(separator, decimal, tuple(header), units, skipped, cells, tuple(notes))
+    return CsvForm(separator, decimal, tuple(header), tuple(units), skipped, cells, tuple(notes))
 
 
 def _rows(lines: Sequence[str], separator: str) -> list[_Row]:
@@ -145,15 +128,21 @@ def _rows(lines: Sequence[str], separator: str) -> list[_Row]:
     if separator == " ":
         texts = [" ".join(line.split()) for line in texts]
     reader = csv.reader(texts, delimiter=separator)
-    rows = [_Row([*map(str.strip, cells)], reader.line_num) for cells in reader if cells]
-    return rows or [_Row([], 0)]
+    rows = []
+    for line in filter(None, reader):
+        cells = [cell.strip() for cell in line]
+        numbers = sum(_NUMBER.fullmatch(cell) is not None for cell in cells)
+        words = len(cells) - cells.count("") - numbers
+        rows.append(_Row(cells, reader.line_num, numbers, words))
+    return rows or [_Row([], 0, 0, 0)]
 
 
 def _first_sample(rows: Sequence[_Row]) -> int:
     """Return the first of two rows of numbers with as many cells as most of them."""
-    widths = [len(row.cells) for row in rows if row.is_sample]
+    samples = [row for row in rows if row.numbers > row.words and len(row.cells) > 1]
+    widths = [len(row.cells) for row in samples]
     width = max(widths, key=widths.count, default=0)
-    alike = bytes(row.is_sample and len(row.cells) == width for row in rows)
+    alike = bytes(row in samples and len(row.cells) == width for row in rows)
     return max(alike.find(b"\1\1"), 0)
 
 
@@ -163,22 +152,24 @@ def _names(rows: Sequence[_Row], first: int) -> int:
     Raises:
         LogError: there is none.
     """
-    width = len(rows[first].cells)
-    above = [row for row in rows[:first] if len(row.cells) > 1 and not row.is_sample]
-    if above:
+    sample, after = rows[first], rows[first : first + 2][-1]
+
+    def fit(k: int) -> tuple[bool, int]:
         # the rows, or the header, may end with a separator
-        fits = [len(row.texts) if abs(len(row.cells) - width) < 2 else 0 for row in above]
-        return rows.index(above[fits.index(max(fits))])
-    after = rows[first : first + 2][-1]
-    if rows[first].is_sample and rows[first].numbers >= after.numbers:
-        refuse(f"the first line, {rows[first].cells[0]}.., has no names of columns", NO_HEADER)
+        return abs(len(rows[k].cells) - len(sample.cells)) < 2, rows[k].words
+
+    names = max(range(first), key=fit, default=0)
+    if first and rows[names].words > 1:
+        return names
+    if sample.numbers > sample.words and sample.numbers >= after.numbers:
+        refuse(f"the first line, {sample.cells[0]}.., has no names of columns", NO_HEADER)
     return first  # some names are numbers
 
 
 def _has_units(row: _Row) -> bool:
     """Return whether most cells of a row are units, in brackets or without."""
-    units = [cell for cell in row.texts if is_unit(cell.strip(_BRACKETS))]
-    return not row.numbers and 2 * len(units) > len(row.texts)
+    units = sum(is_unit(cell.strip(_BRACKETS)) for cell in row.cells)
+    return not row.numbers and 2 * units > row.words
 
 
 def read_csv(path: Path, form: CsvForm, used: Mapping[str, str], rest: str = "") -> Any:

@@ -37,7 +37,7 @@ from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
 from symgen.data.stretch import GAP
 from symgen.data.tables import SUFFIXES, TEXTS, names_of, open_table, read_all
-from symgen.data.units import Converted, converted, sign_bit, split_unit
+from symgen.data.units import Converted, converted, split_unit
 from symgen.errors import located, plain
 from symgen.names import PRISMATIC
 
@@ -55,7 +55,6 @@ Rows = TypeVar("Rows", bound="DataclassInstance")
 #: Range of a revolute joint in rad above which its positions are probably in degrees.
 _MAX_RANGE = 50.0
 _DEGREES = 180.0 / np.pi
-_SI_OF = {"tau": "Nm", "i": "A"}
 _CHANGING = 0.95  # share of stamps that differ from the previous one, in a file that rounds them
 _CHECKED_SAMPLES = 1 << 14  # samples that show the unit of the speeds
 _FILES = "a .csv, .tsv, .txt, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
@@ -292,8 +291,6 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
             arrays[role] = _filled(role, arrays[role], empty, t, raw.names, part)
             _require_finite(role, arrays[role], t, raw.names)
             missing[:, :, k] |= empty
-            if k == 2 and role not in roles_with_unit(wanted.reading):
-                _require_signed(role, arrays[role], raw.names)
     missing.setflags(write=False)
     if "imu" in arrays:
         columns = {f"imu{k}": name for k, name in enumerate(IMU, 1)}
@@ -451,14 +448,6 @@ def _require_finite(role: str, array: FloatArray, t: FloatArray, names: Mapping[
         value = array[sample, j]
         shown = "nan, or an empty cell" if np.isnan(value) else f"{value}"
         refuse(f"column {column}, sample {sample}{when}: {shown}", "finite numbers")
-
-
-def _require_signed(role: str, x: FloatArray, names: Mapping[str, str]) -> None:
-    """Refuse torques or currents (N, n) that are counts with the sign in a bit."""
-    for j, bit in enumerate(map(sign_bit, x.T), 1):
-        if bit:
-            what = f"column {_shown(f'{role}{j}', names)} has counts whose sign is in bit {bit}"
-            refuse(what, f"--unit {role}=sign{bit}, or --unit {role}={_SI_OF[role]}")
 
 
 def _require_radians(

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from symgen.data.columns import assigned, with_joints
 from symgen.data.csv_form import csv_form, read_csv
-from symgen.data.groups import assigned, with_joints
 from symgen.data.raw import (
     BESIDE,
     COLUMNS,
@@ -41,8 +41,7 @@ from symgen.data.raw import (
     require_shapes,
     require_size,
 )
-from symgen.data.times import paired, rest_of
-from symgen.data.units import IN_SI, Units, units_of
+from symgen.data.units import IN_SI, Units, paired, rest_of, units_of
 from symgen.data.urls import is_remote, open_remote
 from symgen.errors import SymgenError, located
 
@@ -257,7 +256,7 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     table = read_csv(path, form, {stored[name]: name for name in _columns(groups)}, rest)
     changed = [] if (form.separator, form.decimal) == (",", ".") else [form.shown]
     lines = (f"{path.name}: {note}" for note in (*form.notes, *changed))
-    shown = dict(zip(names, form.with_units(header), strict=True))
+    shown = {name: own + unit for name, own, unit in zip(names, header, form.units, strict=False)}
     return ColumnTable(
         np.array([table.num_rows]), groups, stored, shown,
         (*lines, *notes), lambda columns, _: iter(table.select(columns).to_batches()),

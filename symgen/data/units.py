@@ -1,4 +1,4 @@
-"""Units of the columns of a log, and their conversion to SI.
+"""Units of the columns of a log, and their conversion to SI; times that are not one number.
 
 An option or the header of a column states its unit; otherwise it is in SI. Dates need neither. Nor
 do integer stamps since 1970 whose size and rate fit only one unit.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,6 +26,11 @@ _DATES = (946684800.0, 4102444800.0)
 _EXACT = 1 << 53  # integers that a double holds
 #: Lowest bit that may be a sign, and smallest share of negative counts by it.
 _LEAST_BIT, _NEGATIVE = 7, 0.05
+_SECOND = 10**9  # ns
+_VALUE = re.compile(r"([+-]?[0-9.]+(?:e[+-]?[0-9]+)?) *([a-zµμ]+)", re.IGNORECASE)  # 0.005 sec
+_CLOCK = re.compile(r"(?:([0-9]+) days?,? )?(?:([0-9]+):)?([0-9]+):([0-9]+(?:\.[0-9]*)?)")
+_DATE = re.compile("[0-9]{4}-[0-9]{2}-[0-9]{2}")
+_REST = re.compile(r"(.*?)(nano|n|micro|u)(sec|secs|seconds)", re.IGNORECASE)
 #: Words for time in column names.
 TIMES = {"t", "time", "timestamp", "stamp"}
 
@@ -70,13 +76,14 @@ def _with_sign(counts: NDArray[Any], bit: int) -> NDArray[Any]:
     return np.where(counts >= top, top - counts, counts)
 
 
-def sign_bit(counts: NDArray[Any]) -> int | None:
-    """Return the bit with the sign of counts (N,); None if they are usual numbers.
+def sign_bit(x: NDArray[Any]) -> int | None:
+    """Return the bit with the sign of counts x (N,); None if they are usual numbers.
 
     With the bit as the sign, the steps between samples are smaller than with the counts as they are
     or with two's complement.
     """
-    bit = int(counts.max()).bit_length() - 1
+    counts = np.nan_to_num(x, posinf=0.0)
+    bit = int(counts.max(initial=0)).bit_length() - 1
     if bit < _LEAST_BIT or counts.min() < 0 or (counts % 1).any():
         return None
     high = counts >= 1 << bit
@@ -184,6 +191,78 @@ def _form_of(text: str) -> str:
     return re.sub(r"\s+", "", text).lower()
 
 
+def durations(texts: Sequence[str]) -> NDArray[Any]:
+    """Return texts of durations in whole ns, (N,) timedelta64.
+
+    Raises:
+        ValueError: one is no duration.
+    """
+    seconds = [_seconds(text.replace(",", ".").strip()) for text in texts]
+    return np.array([round(_SECOND * t) for t in seconds], dtype="timedelta64[ns]")
+
+
+def are_times(texts: Sequence[str]) -> bool:
+    """Return whether texts are dates, such as 2026-01-31T13:00:00.250, or durations."""
+    with suppress(ValueError):
+        return all(map(_DATE.match, texts)) or len(durations(texts)) > 0
+    return False
+
+
+def _seconds(text: str) -> float:
+    value, clock = _VALUE.fullmatch(text), _CLOCK.fullmatch(text)
+    if value and (unit := unit_of(value[2], "time")):
+        return float(value[1]) * unit.size
+    if clock and (clock[2] or "." in clock[4]):  # 10:30 may be hours or minutes
+        days, hours, minutes, seconds = (float(part or 0) for part in clock.groups())
+        return 86400 * days + 3600 * hours + 60 * minutes + seconds
+    raise ValueError(f"column t: {text!r} is no duration")
+
+
+def paired(names: Sequence[str], chosen: str) -> list[str]:
+    """Return names of columns, with "sec+nanosec" for the whole seconds of a time in two columns.
+
+    Args:
+        names: the columns of the file.
+        chosen: the column of the time that the user names, or two columns with + between them.
+    """
+    pairs = {match[1] + match[3]: match[0] for match in map(_REST.fullmatch, names) if match}
+    seconds, _, rest = chosen.partition("+")
+    if rest in names:
+        pairs[seconds] = rest
+    return [f"{name}+{pairs[name]}" if name in pairs else name for name in names]
+
+
+def rest_of(name: str) -> str:
+    """Return the second of the two columns of a time, or ""."""
+    return name.partition("+")[2]
+
+
+def is_sum(name: str) -> bool:
+    """Return whether a name is that of two columns of a time, by their names."""
+    return _REST.fullmatch(rest_of(name)) is not None
+
+
+def joined(seconds: NDArray[Any], rest: NDArray[Any], column: str) -> NDArray[Any]:
+    """Return whole seconds and the rest as times in whole ns, (N,) timedelta64.
+
+    Args:
+        seconds: (N,) whole seconds.
+        rest: (N,) the rest, in us if the name of its column says so, otherwise in ns.
+        column: that name.
+
+    Raises:
+        LogError: they are no whole seconds, or no rest of a second.
+    """
+    match = _REST.fullmatch(column)
+    scale = 1000 if match and match[2].lower() in ("micro", "u") else 1
+    ns = scale * rest.astype(np.int64)
+    whole = (seconds % 1 == 0).all() and ns.min() >= 0 and ns.max() < _SECOND
+    if not whole or (np.ptp(seconds) > 1 and ns.max() < _SECOND / 1000):  # of ms or us
+        what = f"t is not whole seconds, and their rest in {column!r}"
+        refuse(what, "the rest in ns, or in us by a name such as usec")
+    return (seconds.astype(np.int64) * _SECOND + ns).astype("timedelta64[ns]")
+
+
 #: A conversion: columns of the file, their unit and its source, and the change.
 Converted = tuple[str, str, str]
 
@@ -255,7 +334,7 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
     conversions = [*time.conversions]
     for role, width in widths.items():
         columns = [raw.names.get(f"{role}{j}", f"{role}{j}") for j in range(1, width + 1)]
-        units = _units_of_joints(role, columns, wanted)
+        units = _units_of_joints(role, columns, raw.arrays[role], wanted)
         if any(unit.foreign for unit, _ in units):
             found.append((role, tuple(unit for unit, _ in units)))
         of: dict[tuple[str, str], list[str]] = {}  # columns of each unit and its source
@@ -274,7 +353,9 @@ def converted(raw: Raw, wanted: Wanted) -> Raw:
     return replace(raw, arrays=arrays, converted=units.conversions)
 
 
-def _units_of_joints(role: str, columns: Sequence[str], wanted: Wanted) -> list[tuple[Unit, str]]:
+def _units_of_joints(
+    role: str, columns: Sequence[str], x: NDArray[Any], wanted: Wanted
+) -> list[tuple[Unit, str]]:
     """Return the unit of the column of each joint, and its source."""
     # Text in brackets that differs between joints is a joint name.
     odd = {unknown_unit(column) for column in columns}
@@ -291,6 +372,9 @@ def _units_of_joints(role: str, columns: Sequence[str], wanted: Wanted) -> list[
         if option is not None:
             out.append((_of_joint(option, column, kept.index(j), wanted), "--unit"))
             continue
+        if role in ("tau", "i") and (bit := sign_bit(x.T[j] if x.ndim == 2 else x)):
+            what = f"column {column} has counts whose sign is in bit {bit}"
+            refuse(what, f"--unit {role}=sign{bit}, or --unit {role}={_SI[quantity]}")
         text = split_unit(column, time=False)[1] or common
         unit = unit_of(text or _SI[quantity], quantity)
         if unit is None:
