@@ -52,9 +52,12 @@ def is_bag(path: Path) -> bool:
     """Return whether a path is an MCAP file, a bag file, or a folder of them without tables."""
     if not path.is_dir():
         return path.suffix.lower() in _SUFFIXES
-    suffixes = {file.suffix.lower() for file in path.iterdir()}
-    bag = not suffixes.isdisjoint(_SUFFIXES) and suffixes.isdisjoint(_TABLES)
-    return bag or (path / "metadata.yaml").is_file()
+    only_bags = bool(_files(path)) and not _files(path, _TABLES)
+    return only_bags or (path / "metadata.yaml").is_file()
+
+
+def _files(folder: Path, suffixes: Sequence[str] = _SUFFIXES) -> list[Path]:
+    return sorted(file for file in folder.iterdir() if file.suffix.lower() in suffixes)
 
 
 def _whole(path: Path) -> Path:
@@ -65,9 +68,9 @@ def _whole(path: Path) -> Path:
     """
     if not path.is_dir() or (path / "metadata.yaml").is_file():
         return path
-    file, *others = sorted(file for file in path.iterdir() if file.suffix.lower() in _SUFFIXES)
+    file, *others = _files(path)
     if others:
-        what = f"has no metadata.yaml for {', '.join(x.name for x in (file, *others))}"
+        what = f"has no metadata.yaml for {file.name} to {others[-1].name}"
         refuse(what, f"ros2 bag reindex {path}, or one of the files")
     return file
 

@@ -353,8 +353,10 @@ def _only_pattern(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str,
         complete = {p: c for p, c in runs.items() if len(c) == n} or runs
         if role == "qd" and not any(wanted.kept(len(c)) for c in complete.values()):
             return "", {}  # speeds of some joints are no speeds
-        if len(complete) == 1:
-            _refuse_few(names, role, complete, wanted)
+        few = [p for p, columns in complete.items() if len(columns) < (n or 0)]
+        if len(complete) == len(few) == 1:
+            what = f"{_shown(few[0])} has {len(complete[few[0]])} columns for {n} joints"
+            refuse(what, f'--columns "{role}1=NAME,{role}={_shown(few[0])}", or other pairs')
     preferred = _in_si(list(complete), QUANTITIES[role])
     complete = {p: c for p, c in complete.items() if p in preferred}
     if len(complete) > 1:
@@ -362,18 +364,6 @@ def _only_pattern(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str,
         what = f"{role} may be {first} or {second}, with * for the joint"
         refuse(what, f'--columns "{role}={first}", or another')
     return next(iter(complete.items()), ("", {}))
-
-
-def _refuse_few(
-    names: Sequence[str], role: str, found: Mapping[str, Pattern], wanted: Wanted
-) -> None:
-    """Refuse a pattern by number with fewer columns than joints, if another column may be one."""
-    ((pattern, columns),) = found.items()
-    others = [name for name in names if _role(name) == role and name not in columns.values()]
-    if others and len(columns) < (wanted.n or 0):
-        what = f"{_shown(pattern)} has {len(columns)} columns for {wanted.n} joints"
-        pairs = f'--columns "{role}1={_shown(others[0])},{role}={_shown(pattern)}"'
-        refuse(what, f"{pairs}, with the number of its joint")
 
 
 def _across_units(patterns: Mapping[str, Pattern]) -> dict[str, Pattern]:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -139,11 +139,9 @@ def _rows(lines: Sequence[str], separator: str) -> list[_Row]:
 
 def _first_sample(rows: Sequence[_Row]) -> int:
     """Return the first of two rows of numbers with as many cells as most of them."""
-    samples = [row for row in rows if row.numbers > row.words and len(row.cells) > 1]
-    widths = [len(row.cells) for row in samples]
-    width = max(widths, key=widths.count, default=0)
-    alike = bytes(row in samples and len(row.cells) == width for row in rows)
-    return max(alike.find(b"\1\1"), 0)
+    widths = [len(row.cells) - 1 if row.numbers > row.words else 0 for row in rows]
+    usual = max(filter(None, widths), key=widths.count, default=-1)
+    return next((k for k, pair in enumerate(pairwise(widths)) if pair == (usual, usual)), 0)
 
 
 def _names(rows: Sequence[_Row], first: int) -> int:
@@ -153,13 +151,10 @@ def _names(rows: Sequence[_Row], first: int) -> int:
         LogError: there is none.
     """
     sample, after = rows[first], rows[first : first + 2][-1]
-
-    def fit(k: int) -> tuple[bool, int]:
-        # the rows, or the header, may end with a separator
-        return abs(len(rows[k].cells) - len(sample.cells)) < 2, rows[k].words
-
-    names = max(range(first), key=fit, default=0)
-    if first and rows[names].words > 1:
+    # the rows, or the header, may end with a separator
+    fits = [(abs(len(row.cells) - len(sample.cells)) < 2, row.words) for row in rows[:first]]
+    names = fits.index(max(fits)) if fits else 0
+    if names < first and rows[names].words > 1:
         return names
     if sample.numbers > sample.words and sample.numbers >= after.numbers:
         refuse(f"the first line, {sample.cells[0]}.., has no names of columns", NO_HEADER)

@@ -154,12 +154,10 @@ def reading_of(name: str, reading: Reading, log: LogForm | None) -> Reading:
     bare = {split_unit(column)[0] for column in names}
     if not {"q1", "q"} & bare or not {"tau1", "i1", "tau", "i"} & bare:
         return full
-    theirs = [column.split("+")[0].partition("*") for column in columns_from(log.columns).values()]
-    if log.columns and all(
-        any(n.startswith(a) and n.endswith(b) for n in names) for a, _, b in theirs
-    ):
+    starts = [re.split(r"[*+]", column)[0] for column in columns_from(log.columns).values()]
+    if starts and all(any(name.startswith(start) for name in names) for start in starts):
         return full
-    if not log.columns and (log.unit or log.time_unit) and not (reading.unit or reading.time_unit):
+    if not starts and (log.unit or log.time_unit) and not (reading.unit or reading.time_unit):
         what = "[log] of the robot file has units and no columns, and the file has those of a log"
         refuse(what, "columns in [log], such as q=q*,tau=tau*; or --unit rad (deg), --time-unit s")
     return reading

@@ -320,12 +320,10 @@ def _picked(
     import pyarrow.compute as pc
 
     for batch in batches(file, sorted({name for name, _ in elements}), groups):
-        arrays = {}
-        for name, k in elements:
-            with arrow_reads():
-                column = batch[name] if k is None else pc.list_element(batch[name], k)
-            arrays[f"{name}[{k}]"] = column
-        yield pa.record_batch(arrays)
+        columns = [
+            batch[name] if k is None else pc.list_element(batch[name], k) for name, k in elements
+        ]
+        yield pa.record_batch(columns, [*map(str, elements)])
 
 
 @contextmanager

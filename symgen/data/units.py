@@ -84,12 +84,12 @@ def sign_bit(x: NDArray[Any]) -> int | None:
     """
     counts = np.nan_to_num(x, posinf=0.0)
     bit = int(counts.max(initial=0)).bit_length() - 1
-    if bit < _LEAST_BIT or counts.min() < 0 or (counts % 1).any():
+    high = counts >= 2.0**bit
+    if bit < _LEAST_BIT or high.mean() < _NEGATIVE or (counts < 0).any() or (counts % 1).any():
         return None
-    high = counts >= 1 << bit
     ways = counts, counts - high * (2 << bit), _with_sign(counts, bit)
     *others, steps = (np.sum(np.diff(y) ** 2) for y in ways)
-    return bit if high.mean() > _NEGATIVE and steps < 0.5 * min(others) else None
+    return bit if steps < 0.5 * min(others) else None
 
 
 #: Quantity, unit, size in the SI unit, and written forms, in lower case without blanks.
@@ -212,10 +212,10 @@ def _seconds(text: str) -> float:
     value, clock = _VALUE.fullmatch(text), _CLOCK.fullmatch(text)
     if value and (unit := unit_of(value[2], "time")):
         return float(value[1]) * unit.size
-    if clock and (clock[2] or "." in clock[4]):  # 10:30 may be hours or minutes
-        days, hours, minutes, seconds = (float(part or 0) for part in clock.groups())
-        return 86400 * days + 3600 * hours + 60 * minutes + seconds
-    raise ValueError(f"column t: {text!r} is no duration")
+    if not clock or not (clock[2] or "." in text):  # 10:30 may be hours or minutes
+        raise ValueError(f"column t: {text!r} is no duration")
+    days, hours, minutes, seconds = (float(part or 0) for part in clock.groups())
+    return ((24 * days + hours) * 60 + minutes) * 60 + seconds
 
 
 def paired(names: Sequence[str], chosen: str) -> list[str]:
@@ -368,35 +368,32 @@ def _units_of_joints(
         if j not in kept:  # a fixed joint
             out.append((Unit("", quantity, 1.0), ""))
             continue
-        option = _unit_option(role, j, quantity, wanted.reading.unit)
-        if option is not None:
-            out.append((_of_joint(option, column, kept.index(j), wanted), "--unit"))
-            continue
-        if role in ("tau", "i") and (bit := sign_bit(x.T[j] if x.ndim == 2 else x)):
-            what = f"column {column} has counts whose sign is in bit {bit}"
-            refuse(what, f"--unit {role}=sign{bit}, or --unit {role}={_SI[quantity]}")
-        text = split_unit(column, time=False)[1] or common
-        unit = unit_of(text or _SI[quantity], quantity)
+        unit, source = _unit_option(role, j, quantity, wanted.reading.unit), "--unit"
         if unit is None:
-            what = f"column {column!r}: {text!r} is no unit of {quantity}"
-            refuse(what, f"{_accepted(quantity)}, or --unit {role}={_SI[quantity]}")
-        out.append((_of_joint(unit, column, kept.index(j), wanted), "the header"))
+            if role in ("tau", "i") and (bit := sign_bit(x.T[j] if x.ndim == 2 else x)):
+                what = f"column {column} has counts whose sign is in bit {bit}"
+                refuse(what, f"--unit {role}=sign{bit}, or --unit {role}={_SI[quantity]}")
+            text, source = split_unit(column, time=False)[1] or common, "the header"
+            unit = unit_of(text or _SI[quantity], quantity)
+            if unit is None:
+                what = f"column {column!r}: {text!r} is no unit of {quantity}"
+                refuse(what, f"{_accepted(quantity)}, or --unit {role}={_SI[quantity]}")
+        if unit.name == "%":
+            unit = replace(unit, size=unit.size * _rated(wanted, column)[kept.index(j)])
+        out.append((unit, source))
     return out
 
 
-def _of_joint(unit: Unit, column: str, j: int, wanted: Wanted) -> Unit:
-    """Return the unit of joint j, where a share of the rated torque depends on the joint.
+def _rated(wanted: Wanted, column: str) -> Sequence[float]:
+    """Return the torques of 100 %.
 
     Raises:
-        LogError: the rated torque is unknown.
+        LogError: they are unknown.
     """
-    if unit.name != "%":
-        return unit
-    rated = wanted.drive.rated if wanted.drive else None
-    if rated is None:
+    if wanted.drive is None or wanted.drive.rated is None:
         what = f"column {column!r} is in % of the rated torque, which is unknown"
         refuse(what, "rated = [..] in [drive] of the robot file, in N m (N) on the side of tau")
-    return replace(unit, size=unit.size * rated[j])
+    return wanted.drive.rated
 
 
 def _unit_option(role: str, j: int, quantity: str, options: Mapping[str, str]) -> Unit | None:

@@ -32,8 +32,6 @@ _MAX_CONDITION = 1e6
 _SMALLEST_WIDTH = 1e-12
 _MAX_TITLE = 200
 _ROUNDING = 1e-15  # of the sine and cosine of a right angle
-#: Units of the time column of a log.
-TIME_UNITS = ("s", "ms", "us", "ns")
 _UNIT = re.compile(r"[A-Za-z0-9 /^().-]{0,40}", re.ASCII)
 
 
@@ -150,10 +148,10 @@ class LogForm:
 
     columns: str = ""
     unit: str = ""
-    time_unit: Annotated[str, word_check("", *TIME_UNITS)] = ""
+    time_unit: str = ""
     joints: tuple[Name, ...] = ()
     separator: str = ""
-    decimal: Annotated[str, word_check("", ".", ",")] = ""
+    decimal: str = ""
     header: bool = True
 
 
