@@ -124,7 +124,8 @@ def with_joints(path: Path, form: CsvForm, wanted: Wanted) -> list[str]:
     named: dict[tuple[str, int], str] = {}  # prefix and number of a column -> joint
     for k, name in enumerate(header):
         match = _NAMES.fullmatch(name)
-        if match and (match[2] or form.first[0][k][:1] in ("[", "(")):
+        lists = [row for row in form.first[:1] if row[k:] and row[k][:1] in ("[", "(")]
+        if match and (match[2] or lists):
             text, *others = texts_of(path, form, k)
             if others:
                 what = f"the joints in column {name} change: {text}, {others[0]}"
@@ -180,6 +181,7 @@ def assigned(
     found, matches = matched(given, patterns, columns, wanted)
     groups = _groups(found, names, wanted)
     used = {column for group in groups.values() for column in group.values()}
+    used |= {*map(rest_of, names)}  # of a time in two columns
     spare = [own for own, name in zip(names, found, strict=True) if own and name not in used]
     if matches and spare:
         matches = f"{matches}; not used: {listed(spare)}"
@@ -353,10 +355,10 @@ def _only_pattern(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str,
         complete = {p: c for p, c in runs.items() if len(c) == n} or runs
         if role == "qd" and not any(wanted.kept(len(c)) for c in complete.values()):
             return "", {}  # speeds of some joints are no speeds
-        few = [p for p, columns in complete.items() if len(columns) < (n or 0)]
-        if len(complete) == len(few) == 1:
-            what = f"{_shown(few[0])} has {len(complete[few[0]])} columns for {n} joints"
-            refuse(what, f'--columns "{role}1=NAME,{role}={_shown(few[0])}", or other pairs')
+        only = next(iter(complete), "")
+        if len(complete) == 1 and len(complete[only]) < (n or 0):
+            what = f"{_shown(only)} has {len(complete[only])} columns for {n} joints"
+            refuse(what, f'--columns "{role}1=NAME,{role}={_shown(only)}", or other pairs')
     preferred = _in_si(list(complete), QUANTITIES[role])
     complete = {p: c for p, c in complete.items() if p in preferred}
     if len(complete) > 1:

@@ -88,7 +88,7 @@ def csv_form(path: Path, reading: Reading) -> CsvForm:
     comma if numbers in the first rows contain commas. Options take precedence.
 
     Raises:
-        LogError: no line has the names of the columns.
+        LogError: no line has the names of the columns, or there are no samples.
     """
     # utf-8-sig removes the byte order mark of spreadsheets.
     with path.open(encoding="utf-8-sig", newline="") as file:
@@ -119,7 +119,12 @@ def csv_form(path: Path, reading: Reading) -> CsvForm:
     commas = any(_COMMA.fullmatch(cell) for row in cells for cell in row)
     decimal = reading.decimal or ("," if commas else ".")
     skipped = rows[first - 1].end if first else int(excel is not None)
-    return CsvForm(separator, decimal, tuple(header), tuple(units), skipped, cells, tuple(notes))
+    form = CsvForm(
+        separator, decimal, tuple(header), tuple(units), skipped, cells, tuple(notes)
+    )  # fmt: skip
+    if header and not form.first:
+        refuse("has a header and no samples", form.accepted)
+    return form
 
 
 def _rows(lines: Sequence[str], separator: str) -> list[_Row]:
@@ -181,8 +186,6 @@ def read_csv(path: Path, form: CsvForm, used: Mapping[str, str], rest: str = "")
     """
     import pyarrow as pa
 
-    if not form.first:
-        refuse("has a header and no samples", form.accepted)
     odd: list[Any] = []  # the first row with another number of cells
     kinds = {k: None if name == "t" else pa.float64() for k, name in used.items()}
     if rest:

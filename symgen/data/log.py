@@ -151,11 +151,10 @@ def reading_of(name: str, reading: Reading, log: LogForm | None) -> Reading:
         fields = {ours: theirs for ours, theirs in full.pairs.items() if theirs in FIELDS}
         return replace(reading, columns=reading.columns or fields, joints=full.joints)
     names = names_of(name, reading)
-    bare = {split_unit(column)[0] for column in names}
-    if not {"q1", "q"} & bare or not {"tau1", "i1", "tau", "i"} & bare:
-        return full
+    own = any(split_unit(column)[0] in ("q1", "q") for column in names)
     starts = [re.split(r"[*+]", column)[0] for column in columns_from(log.columns).values()]
-    if starts and all(any(name.startswith(start) for name in names) for start in starts):
+    fits = starts and all(any(name.startswith(start) for name in names) for start in starts)
+    if fits or not own:
         return full
     if not starts and (log.unit or log.time_unit) and not (reading.unit or reading.time_unit):
         what = "[log] of the robot file has units and no columns, and the file has those of a log"

@@ -305,7 +305,8 @@ def _elements(file: Any) -> dict[str, tuple[str, int | None]]:
     rows = next(batches(file, lists), None) if lists else None
     out: dict[str, tuple[str, int | None]] = {}
     for name in schema.names:
-        count = len(rows[name][0].as_py() or ()) if rows and name in lists else 0
+        cell = rows[name][0].as_py() if rows and name in lists else None
+        count = len(cell) if isinstance(cell, list) else 0
         out |= {f"{name}[{k}]": (name, k) for k in range(count)}
         if not count:
             out[name] = (name, None)

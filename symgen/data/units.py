@@ -30,6 +30,7 @@ _SECOND = 10**9  # ns
 _VALUE = re.compile(r"([+-]?[0-9.]+(?:e[+-]?[0-9]+)?) *([a-zµμ]+)", re.IGNORECASE)  # 0.005 sec
 _CLOCK = re.compile(r"(?:([0-9]+) days?,? )?(?:([0-9]+):)?([0-9]+):([0-9]+(?:\.[0-9]*)?)")
 _DATE = re.compile("[0-9]{4}-[0-9]{2}-[0-9]{2}")
+_MICRO = re.compile(r"(micro|u)(sec|secs|seconds)$", re.IGNORECASE)
 _REST = re.compile(r"(.*?)(nano|n|micro|u)(sec|secs|seconds)", re.IGNORECASE)
 #: Words for time in column names.
 TIMES = {"t", "time", "timestamp", "stamp"}
@@ -65,15 +66,10 @@ class Unit:
         if not self.sign:
             return x * self.size
         limit = 2 << self.sign
-        if np.nanmin(x) < 0 or np.nanmax(x) >= limit:
+        if np.nanmin(x, initial=0) < 0 or np.nanmax(x, initial=0) >= limit:
             refuse(f"--unit {self.name}: the column has other values", f"0 to {limit - 1}")
-        return _with_sign(x, self.sign)
-
-
-def _with_sign(counts: NDArray[Any], bit: int) -> NDArray[Any]:
-    """Return counts (N,) whose sign is a bit as usual numbers."""
-    top = 1 << bit
-    return np.where(counts >= top, top - counts, counts)
+        top = limit // 2
+        return np.where(x >= top, top - x, x)
 
 
 def sign_bit(x: NDArray[Any]) -> int | None:
@@ -87,7 +83,7 @@ def sign_bit(x: NDArray[Any]) -> int | None:
     high = counts >= 2.0**bit
     if bit < _LEAST_BIT or high.mean() < _NEGATIVE or (counts < 0).any() or (counts % 1).any():
         return None
-    ways = counts, counts - high * (2 << bit), _with_sign(counts, bit)
+    ways = counts, counts - high * (2 << bit), Unit("", "", 1.0, bit).si(counts)
     *others, steps = (np.sum(np.diff(y) ** 2) for y in ways)
     return bit if steps < 0.5 * min(others) else None
 
@@ -253,8 +249,7 @@ def joined(seconds: NDArray[Any], rest: NDArray[Any], column: str) -> NDArray[An
     Raises:
         LogError: they are no whole seconds, or no rest of a second.
     """
-    match = _REST.fullmatch(column)
-    scale = 1000 if match and match[2].lower() in ("micro", "u") else 1
+    scale = 1000 if _MICRO.search(column) else 1
     ns = scale * rest.astype(np.int64)
     whole = (seconds % 1 == 0).all() and ns.min() >= 0 and ns.max() < _SECOND
     if not whole or (np.ptp(seconds) > 1 and ns.max() < _SECOND / 1000):  # of ms or us
