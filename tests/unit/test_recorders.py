@@ -166,9 +166,7 @@ def test_a_pattern_holds_for_the_joints_without_a_column_of_their_own(log_of) ->
     )  # fmt: skip
     np.testing.assert_array_equal(log.q[:, [0, 2]], VALUES["q"][:, [0, 2]])
     assert (log.q[:, 1] == 7).all()
-    with pytest.raises(
-        LogError, match=r'A\*.pos has 3 columns for 4 joints.*"q1=NAME,q=A\*.pos"'
-    ):
+    with pytest.raises(LogError, match=r'A\*.pos has 3 columns for 4 joints.*"q1=NAME,q=A\*.pos"'):
         log_of(TRACK, **options)
 
 
