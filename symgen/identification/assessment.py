@@ -40,6 +40,7 @@ from symgen.identification.judgement import (
     suspicions,
 )
 from symgen.identification.model_choice import ChosenModel
+from symgen.identification.physical import implausible
 from symgen.identification.settle import Settled
 from symgen.identification.simulation import simulation_use
 from symgen.identification.solving import UNBIASED, EquatedLog, Method, system_of
@@ -254,7 +255,8 @@ def _notes(chosen: ChosenModel, solution: Solution, result: Outcome) -> tuple[st
         out.append(
             f"equations are weighted by log and joint; largest over smallest weight: {ratio:.3g}"
         )
-    return tuple(out)
+    out.append(implausible(run.evaluator, run.train, solution.X))
+    return tuple(filter(None, out))
 
 
 def _of_rests(band: Band, held: TorqueFit) -> tuple[str, ...]:

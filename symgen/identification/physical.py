@@ -1,4 +1,4 @@
-"""Link parameters of a possible robot.
+"""Link parameters of a possible robot, and a check of their plausibility.
 
 Of all links that give X, the nearest to those of a file minimise the log-determinant divergence of
 their pseudo-inertias. It has no units and is the same in every frame (Lee, Wensing, Park 2020).
@@ -7,6 +7,10 @@ their pseudo-inertias. It has no units and is the same in every frame (Lee, Wens
 
 At the limit of the possible, almost no links give X, and they may weigh tonnes. X = X0 + L z may
 then move slightly, with L L' its covariance, and |z / 0.01|^2 is added to the sum.
+
+Torques in N mm or in kN m fit equally well, with parameters a thousand times too large or small.
+The inertia M_jj of a joint, divided by the square of the robot's reach from the joint, is an
+apparent mass. A note warns if this mass is tonnes for all joints, or a few grams for all joints.
 """
 
 from __future__ import annotations
@@ -20,9 +24,10 @@ from symgen import names
 from symgen.codegen.model import Model
 from symgen.data.raw import Bools
 from symgen.errors import ParameterError
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 from symgen.identification.interior import minimise
-from symgen.identification.parameters import is_finite
+from symgen.identification.parameters import is_finite, mass_matrices
 from symgen.identification.possible import (
     CERTAIN,
     Constraints,
@@ -31,11 +36,15 @@ from symgen.identification.possible import (
 )
 from symgen.identification.pseudo_inertia import (
     BASIS,
+    LENGTH,
     about_centre,
     least_eigenvalues,
 )
+from symgen.identification.simulation import motion_states, some_states
+from symgen.names import REVOLUTE
 from symgen.robot.body import Body
 from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
 
 #: Weight of the size of parameters that are not in the prior.
 _UNNAMED = 1e-3
@@ -224,3 +233,41 @@ def _nearest_links(
     floors = np.minimum(np.where(is_body, 0.0, margin.value / 2), margin.value - CERTAIN)
     constraints = [room.bodies(floors, is_body.astype(float)), room.signs()]
     return minimise(P, c, constraints, np.pad(margin.y, (0, loose))).y
+
+
+#: Limits of a plausible apparent mass, kg: a few coins, and a lorry.
+LIGHTEST, HEAVIEST = 0.02, 5000.0
+
+
+def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> str:
+    """Return a note if the robot is implausibly heavy or light, else "".
+
+    Args:
+        evaluator: the compiled model, with inverse_dynamics.
+        logs: the training logs.
+        X: (p,) base parameters.
+    """
+    reach = _reach(evaluator.model.robot.with_values())
+    (q,) = some_states(motion_states(logs)[0])
+    inertia = np.mean(np.einsum("kjj->kj", mass_matrices(evaluator, q, X)), axis=0)
+    masses = np.abs(inertia) / reach**2
+    least, most = float(masses.min()), float(masses.max())
+    if least <= HEAVIEST and most >= LIGHTEST:
+        return ""
+    mass = f"{least:.3g} kg at least" if least > HEAVIEST else f"{most:.3g} kg at most"
+    return (
+        f"every joint moves like {mass} at the end of the arm: look at the units of the log "
+        "(N m, not N mm; N; rad; m; s)"
+    )
+
+
+def _reach(robot: Robot) -> FloatArray:
+    """Return the reach of the robot from each joint, m (1 if prismatic), (n,)."""
+    lengths = {j.number: sum(abs(float(x)) for x in (j.b, j.d, j.r)) for j in robot.joints}
+    out = [
+        LENGTH + sum(x for number, x in lengths.items() if number > joint.number)
+        if joint.sigma == REVOLUTE
+        else 1.0
+        for joint in robot.movable
+    ]
+    return np.array(out)
