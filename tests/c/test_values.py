@@ -149,7 +149,8 @@ def test_header_of_another_set_of_parameters_does_not_compile(
     else:
         found[2] = replace(found[2], name="QQ7")
     folder = folder_of(model, estimate, "double", tmp_path / NAME)
-    wrong = replace(estimate, parameters=tuple(found))
+    correlation = np.eye(len(found))
+    wrong = replace(estimate, parameters=tuple(found), correlation=correlation)
     assert build(["cc", "main.c"], folder).returncode == 0
     (folder / "scara_values.h").write_text(symgen.values_header(wrong))
     assert build(["cc", "main.c"], folder).returncode != 0
