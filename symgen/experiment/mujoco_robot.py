@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,19 @@ import numpy as np
 
 from symgen.data.raw import FloatArray
 from symgen.errors import RobotError, first_of, located, message_of
+from symgen.names import ROTOR
+from symgen.robot.formats.mjcf_torques import difference
+from symgen.robot.toml_io import read_imported
 from symgen.runtime.simulate import Law
 
 _HOLDING = 1e9  # kg m2 or kg: armature of a locked joint
 _FINEST = 1e-3  # s: longest step
+_SAME = 1e-3  # relative difference of torques; rounded angles cause less
+_RIGHT = "4."  # the first MuJoCo that was seen to read all inertias of a URDF
+_ACCEPTED = (
+    "MuJoCo 4.0 or later, which reads <origin rpy> of <inertial> and fixed links right: "
+    "pip install 'mujoco>=4.0'"
+)
 
 
 class MujocoRobot:
@@ -26,8 +36,12 @@ class MujocoRobot:
         path: path of the file.
         joints: names of the moving joints, in the order of q.
 
+    Attributes:
+        notes: differences from the file, one line each.
+
     Raises:
-        RobotError: MuJoCo is not installed or refuses the file, or there is no such joint.
+        RobotError: MuJoCo is not installed, refuses the file or reads other inertias, or there is
+            no such joint.
     """
 
     def __init__(self, path: Path, joints: Sequence[str]) -> None:
@@ -52,6 +66,8 @@ class MujocoRobot:
             free = m.jnt_type[places]
             if not np.isin(free, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)).all():
                 raise RobotError("a joint of the log is neither hinge nor slide; accepted: these")
+            is_urdf = path.suffix.lower() == ".urdf"
+            self.notes = _other_inertias(mujoco, m, path) if is_urdf else []
         self._q, self._v = m.jnt_qposadr[places], m.jnt_dofadr[places]
         locked = np.setdiff1d(np.arange(m.nv), self._v)
         m.dof_armature[locked] = _HOLDING
@@ -106,3 +122,20 @@ def _compiled(mujoco: Any, path: Path) -> Any:
         raise RobotError(
             f"MuJoCo refuses it: {message_of(error)}; accepted: URDF or MJCF"
         ) from error
+
+
+def _other_inertias(mujoco: Any, model: Any, path: Path) -> list[str]:
+    """Return a note if MuJoCo has other inertias than a URDF.
+
+    Raises:
+        RobotError: they differ, and this MuJoCo is older than the one that reads them right.
+    """
+    found, version = read_imported(path), mujoco.__version__
+    bodies = tuple(pair for pair in found.parameters if not pair[0].startswith(ROTOR))
+    error = difference(replace(found, parameters=bodies), model).max() if bodies else 0
+    if error <= _SAME:
+        return []
+    what = f"MuJoCo {version} has other inertias than {path.name}: torques differ by {error:.1%}"
+    if version < _RIGHT:
+        raise RobotError(f"{what}; accepted: {_ACCEPTED}")
+    return [f"{what}. Links without <inertial> have the mass of their geometry in MuJoCo"]

@@ -150,7 +150,7 @@ def compare_simulations(
     names = [joint.name for joint in source.movable]
     gains = gains_of(source)
     machines = [MujocoRobot(Path(file), names) for file in files]
-    filtered, notes = [], [*_without_rotors(files)]
+    filtered, notes = [], [*_without_rotors(files), *(x for m in machines for x in m.notes)]
     for log in logs:
         progress(f"reading {getattr(log, 'name', log)}")
         samples, repairs = open_samples(log, source, reading)

@@ -11,6 +11,7 @@ from dataclasses import replace
 from decimal import Decimal
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from symgen import names
@@ -54,10 +55,12 @@ def with_fixed(imported: Imported, fixed: Sequence[str]) -> Imported:
                 raise RobotError(f"its zero lies outside its limits; accepted: --fix {within}")
     if not held:
         return imported
-    if robot.loops or robot.couplings or robot.effects or robot.sought or robot.drive:
+    drive = robot.drive
+    coupled = drive is not None and np.count_nonzero(drive.ratio) > robot.n
+    if robot.loops or robot.couplings or robot.effects or robot.sought or coupled:
         raise RobotError(
-            f"--fix: {robot.name} has loops, couplings, effects or a [drive]; accepted: sigma = 2 "
-            "in its robot.toml"
+            f"--fix: {robot.name} has loops, couplings, effects or a [drive] of coupled joints; "
+            "accepted: sigma = 2 in its robot.toml"
         )
     joints = tuple(_substituted(joint, held) for joint in robot.joints)
     if not any(joint.movable for joint in joints):
@@ -66,14 +69,10 @@ def with_fixed(imported: Imported, fixed: Sequence[str]) -> Imported:
         )
     still = [j.number for j, before in zip(joints, robot.joints, strict=True) if j != before]
     kept = [k for k, joint in enumerate(robot.movable) if joint.number not in held]
-    limits = robot.limits
-    if limits is not None:
-        columns: dict[str, Any] = {}
-        for key in per_joint(type(limits)):
-            values = getattr(limits, key)
-            if values is not None:
-                columns[key] = [values[k] for k in kept]
-        limits = replace(limits, **columns)
+    limits = None if robot.limits is None else _of_joints(robot.limits, kept)
+    if drive is not None:
+        rows = tuple(tuple(row[k] for k in kept) for row in drive.ratio)
+        drive = _of_joints(replace(drive, ratio=rows), kept)
     notes = list(imported.notes)
     for joint in (robot.joints[number - 1] for number in still):
         at = held.get(joint.number)
@@ -82,10 +81,16 @@ def with_fixed(imported: Imported, fixed: Sequence[str]) -> Imported:
     lost = {f"{prefix}{number}" for prefix in _PER_JOINT for number in still}
     return replace(
         imported,
-        robot=replace(robot, joints=joints, limits=limits),
+        robot=replace(robot, joints=joints, limits=limits, drive=drive),
         parameters=tuple(pair for pair in imported.parameters if pair[0] not in lost),
         notes=tuple(notes),
     )
+
+
+def _of_joints(table: Any, kept: Sequence[int]) -> Any:
+    """Return a table with the entries of some movable joints."""
+    given = (key for key in per_joint(type(table)) if getattr(table, key) is not None)
+    return replace(table, **{key: tuple(getattr(table, key)[k] for k in kept) for key in given})
 
 
 def _named(robot: Robot, name: str) -> Joint:

@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 from oracles.random_urdf import random_urdf
 from oracles.urdf_arm import PinocchioUrdf, with_all_digits
+from scipy.spatial.transform import Rotation
 from support import sampled
 from support_urdf import Ours, place_gap, torque_gap
 
@@ -41,6 +42,160 @@ def test_random_trees_have_pinocchios_torques_and_frames(seed):
     ours, pinocchio = Ours(import_urdf(text)), PinocchioUrdf(with_all_digits(text))
     assert torque_gap(ours, pinocchio) < 1e-11
     assert place_gap(ours, pinocchio) < 1e-12
+
+
+@pytest.mark.parametrize("seed", sampled(range(20), 4))
+def test_quaternions_are_orientations(seed):
+    text = random_urdf(seed)
+    written = re.sub(r'rpy="([^"]*)"', _as_quaternion, with_all_digits(text))
+    written = written.replace("<robot ", '<robot version="1.1" ', 1)
+    ours = Ours(import_urdf(written))
+    assert torque_gap(ours, PinocchioUrdf(with_all_digits(text))) < 1e-11
+
+
+def _as_quaternion(found: re.Match[str]) -> str:
+    """Return rpy as a quaternion; scipy names the angles of rotating axes zyx in upper case."""
+    roll, pitch, yaw = map(float, found[1].split())
+    quaternion = Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_quat()
+    return f'quat_xyzw="{" ".join(repr(float(x)) for x in quaternion)}"'
+
+
+def test_a_quaternion_of_a_right_angle_is_exact(tmp_path, command):
+    files = {}
+    for key, turn in (
+        ("rpy", 'rpy="1.5707963267948966 0 0"'),
+        ("quat", 'quat_xyzw="0.7071067811865476 0 0 0.7071067811865476"'),
+    ):
+        joints = joint("hip"), joint("knee", ends=("tip", "foot"), origin=f'xyz="0.5 0 0" {turn}')
+        text = urdf(*joints, links=("base", "tip", "foot"))
+        (tmp_path / f"{key}.urdf").write_text(text.replace("<robot ", '<robot version="1.1" '))
+        code, _, err = command(
+            "import", tmp_path / f"{key}.urdf", "--into", tmp_path / f"{key}/robot.toml"
+        )
+        assert code == 0, err
+        files[key] = (tmp_path / f"{key}/robot.toml").read_text()
+    assert files["quat"] == files["rpy"]
+    assert "pi/2" in files["quat"]
+
+
+ENDS = {"hip": ("base", "thigh"), "knee": ("thigh", "foot")}
+LINKS = ("base", *(child for _, child in ENDS.values()))
+BODY = """<inertial><mass value="1"/><inertia ixx="0.02" iyy="0.08" izz="0.09" ixy="0" ixz="0"
+  iyz="0"/></inertial>"""
+
+
+def _imported(tmp_path, command, joints, *rest, more=(), inside=BODY):
+    """Return what `symgen import` prints, robot.toml and the parameters of a leg."""
+    text = urdf(*joints, *rest, links=LINKS)
+    text = text.replace('<link name="foot"/>', f'<link name="foot">{inside}</link>')
+    (tmp_path / "leg.urdf").write_text(text)
+    into = tmp_path / "leg" / "robot.toml"
+    code, out, err = command("import", tmp_path / "leg.urdf", *more, "--into", into)
+    assert code == 0, err
+    return out, into.read_text(), (into.parent / "arm_parameters.toml").read_text()
+
+
+def _leg(**inside):
+    return [joint(name, ends=ends, inside=inside.get(name, "")) for name, ends in ENDS.items()]
+
+
+def test_limits_of_acceleration_and_jerk_are_read(tmp_path, command):
+    plain = '<limit lower="-1" upper="2" velocity="3" effort="40"'
+    hip, knee = f'{plain} acceleration="9" deceleration="8"/>', f'{plain} acceleration="7"/>'
+    _, robot, _ = _imported(tmp_path, command, _leg(hip=hip, knee=knee))
+    assert "acceleration = [8.0, 7.0]" in robot
+    jerks = {"hip": f'{plain} jerk="90"/>', "knee": f'{plain} jerk="80"/>'}
+    assert "jerk = [90.0, 80.0]" in _imported(tmp_path, command, _leg(**jerks))[1]
+    out, robot, _ = _imported(tmp_path, command, _leg(hip=hip, knee=f"{plain}/>"))
+    assert "acceleration" not in robot
+    assert "no acceleration limits are read: knee has none" in out
+
+
+def _transmission(name, *motors):
+    inside = "".join(f"<{tag}>{value}</{tag}>" for tag, value in motors)
+    return (
+        f'<transmission name="of_{name}"><type>transmission_interface/SimpleTransmission</type>'
+        f'<joint name="{name}"/><actuator name="motor">{inside}</actuator></transmission>'
+    )
+
+
+def _motor(ratio, inertia):
+    return ("mechanicalReduction", ratio), ("motorInertia", inertia)
+
+
+def test_transmissions_give_the_gears_and_the_rotors(tmp_path, command):
+    motors = _transmission("hip", *_motor(113.9, 1e-5)), _transmission("knee", *_motor(-50, 2e-5))
+    out, robot, values = _imported(tmp_path, command, _leg(), *motors)
+    assert "ratio = [113.9, -50.0]" in robot
+    assert robot.count('_side = "joint"') == 2  # logs of a URDF's robot are on the joint side
+    assert "not read" not in out
+    IA = {k: float(v) for k, v in re.findall(r"IA(\d) = (\S+)", values)}
+    assert IA["1"] == pytest.approx(113.9**2 * 1e-5, rel=1e-15)
+    assert IA["2"] == pytest.approx(50**2 * 2e-5, rel=1e-15)
+    leg = _leg(knee='<dynamics armature="0.3"/>')  # the inertia on the joint side wins
+    assert "IA2 = 0.3" in _imported(tmp_path, command, leg, *motors)[2]
+    _, robot, _ = _imported(tmp_path, command, _leg(), *motors, more=("--fix", "hip"))
+    assert "ratio = [-50.0]" in robot
+
+
+@pytest.mark.parametrize(
+    "second",
+    [
+        "",
+        _transmission("knee", ("mechanicalReduction", 50)),
+        _transmission("knee", *_motor(0, 1e-5)),
+        _transmission("hip", *_motor(50, 1e-5)),
+        _transmission("knee", *_motor(50, 1e-5)).replace(
+            "<actuator", '<joint name="hip"/><actuator'
+        ),
+    ],
+    ids=["one", "no inertia", "no ratio", "two motors", "differential"],
+)
+def test_transmissions_that_do_not_give_both_are_named(tmp_path, command, second):
+    first = _transmission("hip", *_motor(100, 1e-5))
+    out, robot, values = _imported(tmp_path, command, _leg(), first, second)
+    assert "not read, and may change the dynamics: " in out
+    assert "<mechanicalReduction> (line " in out
+    assert "<motorInertia> (line " in out
+    assert "[drive]" not in robot
+    assert "IA1 = 0.0" in values
+
+
+def test_a_transmission_without_gear_needs_no_word(tmp_path, command):
+    plain = [_transmission(name, ("mechanicalReduction", 1)) for name in ENDS]
+    out, robot, _ = _imported(tmp_path, command, _leg(), *plain)
+    assert "note" not in out
+    assert "[drive]" not in robot
+
+
+@pytest.mark.parametrize(
+    ("inside", "named"),
+    [
+        (
+            '<gazebo reference="hip"><springStiffness>3</springStiffness></gazebo>',
+            "<springStiffness>",
+        ),
+        ('<gazebo><joint name="loop" type="revolute"/></gazebo>', "<joint>"),
+        ('<loop_joint name="loop"/>', "<loop_joint>"),
+        (
+            "<ros2_control><transmission><mechanical_reduction>50</mechanical_reduction>"
+            "</transmission></ros2_control>",
+            "<mechanical_reduction>",
+        ),
+        ('<gazebo reference="hip"><mu1>3</mu1></gazebo><material name="red"/>', ""),
+    ],
+)
+def test_what_may_change_the_dynamics_is_named(tmp_path, command, inside, named):
+    out, *_ = _imported(tmp_path, command, _leg(), inside)
+    assert ("not read, and may change the dynamics" in out) == bool(named)
+    assert named in out
+
+
+def test_unknown_content_of_a_joint_is_named(tmp_path, command):
+    leg = _leg(hip='<dynamics damping="1" stiffness="3"/>', knee="<spring/>")
+    out, *_ = _imported(tmp_path, command, leg)
+    assert "<spring> (line " in out
+    assert "<dynamics stiffness> (line " in out
 
 
 @pytest.mark.parametrize("seed", sampled(range(20), 6))

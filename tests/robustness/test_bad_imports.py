@@ -59,7 +59,23 @@ CHANGES = {
     "no mass": ('<mass value="2"/>', "", ["link 'arm'", "<mass>"]),
     "no inertia": (' ixx="1"', "", ["link 'arm'", "ixx is missing"]),
     "bad limit": ('effort="5"', 'effort="much"', ["joint 'turn'", "effort is 'much'"]),
-    "quaternion": ('rpy="0 0 1.5708"', 'quat_xyzw="0 0 0 1"', ["joint 'turn'", "quat_xyzw"]),
+    "quaternion": ('rpy="0 0 1.5708"', 'quat_xyzw="0 0 0 1"', ["joint 'turn'", "quat_xyzw", "1.1"]),
+    "two orientations": (
+        'name="good">', 'name="good" version="1.1"><joint name="x" type="fixed">'
+        '<parent link="base"/><child link="arm"/><origin rpy="0 0 0" quat_xyzw="0 0 0 1"/></joint>',
+        ["'x'", "no rpy"],
+    ),
+    "no unit quaternion": (
+        'name="good">', 'name="good" version="1.1"><joint name="x" type="fixed">'
+        '<parent link="base"/><child link="arm"/><origin quat_xyzw="0 0 0 0"/></joint>',
+        ["'x'", "of length 1"],
+    ),
+    "gear": (
+        "</robot>",
+        "<transmission><mechanicalReduction>much</mechanicalReduction></transmission></robot>",
+        ["mechanicalReduction is 'much'", "a finite number"],
+    ),
+    "bad jerk": ('effort="5"', 'effort="5" jerk="much"', ["joint 'turn'", "jerk is 'much'"]),
     "nothing moves": ('type="prismatic"', 'type="fixed"', ["no joint is movable"]),
     "mimic of none": (END, f'<mimic joint="x"/>{END}', ["'slide'", "'x'"]),
     "mimic of itself": (END, f'<mimic joint="slide"/>{END}', ["'slide'", "mimics itself"]),

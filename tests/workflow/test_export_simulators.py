@@ -6,6 +6,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -453,6 +454,42 @@ def test_a_urdf_in_mujoco_lacks_its_rotor_inertia(tmp_path, command, rotor: floa
     code, out, err = command("compare-sim", path, log, "--into", tmp_path / "out")
     assert code == 0, err
     assert ("note: MuJoCo ignores the rotor inertia of turn.urdf" in out) == (rotor > 0)
+
+
+@pytest.mark.parametrize("case", ["right", "older", "geometry"])
+def test_a_urdf_has_its_own_inertias_in_mujoco(tmp_path, command, monkeypatch, case: str) -> None:
+    """MuJoCo before 4.0 loses the orientation of an inertial frame."""
+    t = np.arange(0, 2, 4e-3)
+    rows = [t, 0.3 * np.sin(4 * t), 1.2 * np.cos(4 * t), -2.4 * np.sin(4 * t)]
+    log, path, other = tmp_path / "log.csv", tmp_path / "turn.urdf", tmp_path / "other.urdf"
+    np.savetxt(log, np.column_stack(rows), delimiter=",", comments="", header="t,q1,qd1,tau1")
+    box = '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
+    text = f"""<robot name="turn">
+  <link name="base"/><link name="table"><inertial><origin xyz="0.1 0 0" rpy="0 0.6 0"/>
+    <mass value="1"/><inertia ixx="0.1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="tool">{box if case == "geometry" else ""}</link>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="table"/>
+    <axis xyz="0 0 1"/></joint>
+  <joint name="flange" type="fixed"><parent link="table"/><child link="tool"/>
+    <origin xyz="0.3 0 0"/></joint>
+</robot>"""
+    path.write_text(text)
+    other.write_text(text.replace("0.6", "0"))
+    if case == "older":
+        load = mujoco.MjModel.from_xml_path
+        monkeypatch.setattr(mujoco, "__version__", "3.3.7")
+        monkeypatch.setattr(
+            mujoco, "MjModel", SimpleNamespace(from_xml_path=lambda _: load(str(other)))
+        )
+    code, out, err = command("compare-sim", path, log, "--into", tmp_path / "out")
+    if case == "older":
+        assert code == 2
+        assert "MuJoCo 3.3.7 has other inertias than turn.urdf" in err
+        assert "accepted: MuJoCo 4.0 or later" in err
+        return
+    assert code == 0, err
+    assert ("has other inertias than turn.urdf" in out) == (case == "geometry")
+    assert ("the mass of their geometry" in out) == (case == "geometry")
 
 
 @pytest.mark.parametrize(

@@ -22,12 +22,19 @@ from symgen.robot.exact_numbers import context
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import robot_name
 from symgen.robot.imported import Imported
-from symgen.robot.tables import Frame, Limits
+from symgen.robot.tables import Drive, Frame, Limits
 from symgen.robot.types import EARTH, MAX_RATIO, Joint, Robot, Typed, joint_variable
 
 _FAR = 10  # m
 _WRITTEN = 1e-14  # rad: an angle with all digits is not rounded
 _UNITS = 2  # of the last digit: the error of rounded or truncated angles in files
+#: Limits of a robot, and their words in the file. The smallest counts.
+_LIMITS = {
+    "velocity": ("velocity",),
+    "acceleration": ("acceleration", "deceleration"),
+    "jerk": ("jerk",),
+    "torque": ("effort",),
+}
 _DUST = 1e-9  # rad: angles from computations, not from measurements
 Triple = tuple[sp.Rational, sp.Rational, sp.Rational]
 ORIGIN: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
@@ -49,7 +56,8 @@ class UrdfJoint(Typed):
 
     Attributes:
         sigma: 0 revolute or continuous, 1 prismatic, 2 fixed.
-        limit: lower, upper, velocity and effort, if the file contains them.
+        limit: lower, upper, velocity, effort, acceleration, deceleration and jerk, if the file
+            contains them.
         damping, friction: viscous and Coulomb friction.
         armature: inertia of the rotor on the joint side.
         mimic: name of the leading joint, multiplier and offset.
@@ -79,6 +87,8 @@ class Urdf:
     Attributes:
         computed: whether angles come from rotations with an unknown number of digits. Otherwise
             each angle has the rounding error of its last digit.
+        gears: motor turns per turn of each joint with a variable; {} if unknown.
+        notes: differences from the file, one line each.
     """
 
     name: str
@@ -86,6 +96,8 @@ class Urdf:
     links: dict[str, Inertial | None]
     joints: dict[str, UrdfJoint]
     computed: bool = False
+    gears: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 class Chain:
@@ -94,7 +106,7 @@ class Chain:
     def __init__(self, urdf: Urdf) -> None:
         self.urdf = urdf
         self.named = [link for link in urdf.links if link != urdf.root]
-        self.notes: list[str] = []
+        self.notes = [*urdf.notes]
         self.far: list[str] = []
         self.snapped: dict[str, None] = {}
         self.above = {joint.child: joint for joint in urdf.joints.values()}
@@ -302,12 +314,15 @@ class Chain:
                 "no joint is movable; accepted: at least one that is revolute, continuous or "
                 "prismatic"
             )
+        gears = [self.urdf.gears[j.name] for j in joints if j.movable and self.urdf.gears]
+        rows = tuple(map(tuple, np.diag(gears).tolist()))
+        drive = Drive(rows, position_side="joint", torque_side="joint")
         name = robot_name(self.urdf.name)
         if name != self.urdf.name:
             self.notes.append(f"the robot {shortened(self.urdf.name)!r} is called {name}")
         robot = Robot(
             name=name, gravity=(*ORIGIN[:2], EARTH), joints=joints, limits=self._limits(joints),
-            frames=tuple(map(self._frame, self.named)),
+            frames=tuple(map(self._frame, self.named)), drive=drive if gears else None,
         )  # fmt: skip
         assumed = (
             f"lengths of more than {_FAR} m at joint {first_of(self.far, 3)}: is the file in mm? "
@@ -374,8 +389,8 @@ class Chain:
         columns: dict[str, list[tuple[Any, bool]]] = {
             "position": [((low, high), low < high) for low, high in ranges]
         }
-        for key, word in (("velocity", "velocity"), ("torque", "effort")):
-            values = [j.limit.get(word, 0.0) for j in movable]
+        for key, words in _LIMITS.items():
+            values = [min((j.limit[w] for w in words if w in j.limit), default=0) for j in movable]
             columns[key] = [(value, value > 0) for value in values]
         read: dict[str, Any] = {}
         for key, entries in columns.items():

@@ -54,25 +54,33 @@ def unread(
     Raises:
         RobotError: the torques differ for another reason.
     """
-    robot, values = found.robot.with_values(), dict(found.parameters)
-    if not values:
+    if not found.parameters:
         return []
-    states = _states(robot)
-    ours, theirs = torques(robot, values, *states), _mujoco_torques(robot, model, *states)
-    size = float(np.abs(theirs).max()) or 1.0
-    error = np.abs(ours - theirs).max(axis=0) / size
+    error = difference(found, model)
     worst = int(error.argmax())
     notes = list(_unread(model, tendons))
     if error[worst] <= (_ROUNDED if rounded else _SAME):
         return notes
     what = (
-        f"MuJoCo's torque of {robot.listed([worst])} differs by {100 * error[worst]:.2g} % of the "
-        "largest torque from that of what symgen reads"
+        f"MuJoCo's torque of {found.robot.listed([worst])} differs by {100 * error[worst]:.2g} % "
+        "of the largest torque from that of what symgen reads"
     )
     if not notes:
         accepted = "rigid bodies, joints with dampers and springs, and motors on joints"
         raise RobotError(f"{what}; accepted: {accepted}")
     return [*notes, what]
+
+
+def difference(found: Imported, model: Any) -> FloatArray:
+    """Return the largest difference of the torques of each joint (n,), over the largest torque."""
+    robot = found.robot.with_values()
+    states = _states(robot)
+    ours, theirs = (
+        torques(robot, dict(found.parameters), *states),
+        _mujoco_torques(robot, model, *states),
+    )
+    size = float(np.abs(theirs).max()) or 1.0
+    return np.asarray(np.abs(ours - theirs).max(axis=0) / size)
 
 
 def _unread(model: Any, tendons: Sequence[int]) -> Iterator[str]:

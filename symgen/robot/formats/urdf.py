@@ -4,9 +4,10 @@ Frame 0 is the root link. q has the sign and the zero of the URDF. The frame of 
 z along the joint axis, and x along the common normal to the next axis. The URDF link frame is
 constant in it. Fixed joints come last and keep the frames of the URDF.
 
-Numbers stay exact decimals. The format is https://wiki.ros.org/urdf/XML. symgen ignores geometry
-for collision and display, transmissions and plugins. The attribute armature of <dynamics>, the
-inertia of the rotor on the joint side, is an extension of symgen.
+Numbers stay exact decimals. The format is https://wiki.ros.org/urdf/XML, with the quaternions of
+version 1.1 and the limits of version 1.2. symgen ignores geometry for collision and display, and
+plugins; a note names other content. The attribute armature of <dynamics>, the inertia of the rotor
+on the joint side, is an extension of symgen.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import astuple, replace
 from decimal import Decimal
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -46,6 +48,25 @@ CAVEAT = (
 _ROUNDING = 1e-12
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _MAX_TITLE = 200
+_NOT_UNIT = 1e-3  # deviation of the length of a quaternion from 1
+_ANGLE_DIGITS = 20
+_LARGEST_GEAR = 1e6
+#: Values of a transmission without an effect.
+_MOTOR = {"mechanicalReduction": 1.0, "mechanical_reduction": 1.0, "motorInertia": 0.0}
+_LOSSES = dict.fromkeys(("damping", "friction", "armature"), 0.0)
+_GEARED = (
+    "gears and rotor inertias are those of the transmissions; q and tau of logs are on the joint "
+    "side, unless you change position_side and torque_side of [drive]"
+)
+#: Children that symgen reads, and those that do not change the dynamics.
+_KNOWN = {
+    "robot": "link joint transmission gazebo ros2_control material sensor mujoco",
+    "link": "inertial visual collision contact sensor",
+    "joint": "origin parent child axis limit dynamics mimic calibration safety_controller",
+    "gazebo": "material plugin sensor visual collision mu mu1 mu2 kp kd minDepth min_depth maxVel "
+    "max_vel maxContacts fdir1 selfCollide self_collide laserRetro provideFeedback stopCfm stopErp "
+    "disableFixedJointLumping preserveFixedJoint implicitSpringDamper static",
+}
 
 
 def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
@@ -107,10 +128,11 @@ def _tree(root: Element) -> Urdf:
                 f"line {element.line}: <{shortened(element.tag)}> is a macro; accepted: plain "
                 "URDF, as after xacro FILE.xacro > FILE.urdf"
             )
-    links = _named("link", root, _link)
+    version = root.attributes.get("version", "1.0")
+    links = _named("link", root, partial(_link, version=version))
     if not links:
         raise RobotError("there is no <link>; accepted: at least two and a joint")
-    joints = _named("joint", root, _joint)
+    joints = _named("joint", root, partial(_joint, version=version))
     if len(joints) > MAX_JOINTS:
         raise RobotError(f"{len(joints)} joints; accepted: at most {MAX_JOINTS}")
     base = _root(links, joints)
@@ -122,7 +144,55 @@ def _tree(root: Element) -> Urdf:
         if joint.floats and at != base:
             with located(f"joint {shortened(joint.name)!r}"):
                 raise RobotError(f"type 'floating' on a moving link; accepted: {', '.join(KINDS)}")
-    return Urdf(root.attributes.get("name", ""), base, links, joints)
+    motors, unread = _motors(root), [*_unread(root)]
+    moving = [j.name for j in joints.values() if not j.fixed and j.mimic is None]
+    if sorted(name for name, *_ in motors) != sorted(moving):
+        motors = []
+        unread += [
+            (tag, e.line)
+            for tag, none in _MOTOR.items()
+            for e in root.walk(tag)
+            if _value(e) != none
+        ]
+    for name, ratio, inertia in motors:
+        armature = joints[name].armature or ratio * ratio * inertia
+        joints[name] = replace(joints[name], armature=armature)
+    notes = [_GEARED] if motors else []
+    if unread:
+        shown = first_of([f"<{shortened(tag)}> (line {line})" for tag, line in unread], 6)
+        notes.append(f"not read, and may change the dynamics: {shown}")
+    gears = {name: ratio for name, ratio, _ in motors}
+    title = root.attributes.get("name", "")
+    return Urdf(title, base, links, joints, gears=gears, notes=tuple(notes))
+
+
+def _motors(root: Element) -> list[tuple[str, float, float]]:
+    """Return joint, gear ratio and inertia of the motor of each transmission with both."""
+    out = []
+    for element in root.walk("transmission"):
+        ends, ratios, inertias = (
+            list(element.walk(tag)) for tag in ("joint", "mechanicalReduction", "motorInertia")
+        )
+        if len(ends) == len(ratios) == len(inertias) == 1:
+            ratio, inertia = _value(ratios[0]), _value(inertias[0])
+            if 1 <= abs(ratio) * _LARGEST_GEAR <= _LARGEST_GEAR**2 and inertia >= 0:
+                out.append((ends[0].attributes.get("name", ""), ratio, inertia))
+    return out
+
+
+def _unread(root: Element) -> Iterator[tuple[str, int]]:
+    """Yield the elements and the attributes of <dynamics> that symgen does not know, and lines."""
+    for element in (root, *root.children):
+        for child in element.children:
+            if child.tag not in _KNOWN.get(element.tag, child.tag).split():
+                yield child.tag, child.line
+    for dynamics in root.walk("dynamics"):
+        for key in sorted(dynamics.attributes.keys() - _LOSSES.keys()):
+            yield f"dynamics {key}", dynamics.line
+
+
+def _value(element: Element) -> float:
+    return float(_numbers(element.text, 1, element.tag)[0])
 
 
 def _named(tag: str, root: Element, read: Callable[[Element], Value]) -> dict[str, Value]:
@@ -167,14 +237,34 @@ def _triple(element: Element | None, key: str, default: Triple = ORIGIN) -> Trip
     return x, y, z
 
 
-def _origin(element: Element) -> tuple[Triple, Triple]:
+def _origin(element: Element, version: str) -> tuple[Triple, Triple]:
     origin = element.first("origin")
-    if origin is not None and "quat_xyzw" in origin.attributes:
-        raise RobotError("quat_xyzw is not read; accepted: xyz and rpy")
-    return _triple(origin, "xyz"), _triple(origin, "rpy")
+    if origin is None or "quat_xyzw" not in origin.attributes:
+        return _triple(origin, "xyz"), _triple(origin, "rpy")
+    if version == "1.0" or "rpy" in origin.attributes:
+        raise RobotError(
+            'quat_xyzw needs <robot version="1.1"> and no rpy: other readers ignore it in version '
+            "1.0; accepted: this, or rpy"
+        )
+    return _triple(origin, "xyz"), _angles(origin.attributes["quat_xyzw"])
 
 
-def _link(element: Element) -> Inertial | None:
+def _angles(text: str) -> Triple:
+    """Return roll, pitch and yaw of a quaternion x y z w.
+
+    Raises:
+        RobotError: it is not a unit quaternion.
+    """
+    x, y, z, w = _numbers(text, 4, "quat_xyzw")
+    turn = sp.Quaternion(w, x, y, z)
+    if abs(turn.norm() - 1) > _NOT_UNIT:
+        raise RobotError(f"quat_xyzw is {shortened(text)!r}; accepted: x y z w of length 1")
+    angles = turn.to_euler("xyz")  # about fixed axes
+    roll, pitch, yaw = (sp.Rational(str(angle.evalf(_ANGLE_DIGITS))) for angle in angles)
+    return roll, pitch, yaw
+
+
+def _link(element: Element, version: str) -> Inertial | None:
     inertial = element.first("inertial")
     if inertial is None:
         return None
@@ -185,10 +275,10 @@ def _link(element: Element) -> Inertial | None:
     if value < 0:
         raise RobotError(f"the mass is {float(value):g} kg; accepted: 0 or more")
     inertia = tuple(_number(tensor, key) for key in TENSOR)
-    return Inertial(*_origin(inertial), value, inertia)
+    return Inertial(*_origin(inertial, version), value, inertia)
 
 
-def _joint(element: Element) -> UrdfJoint:
+def _joint(element: Element, version: str) -> UrdfJoint:
     kind = element.attributes.get("type", "")
     floats = kind == "floating"
     if floats:  # `_tree` refuses it on a moving link
@@ -197,18 +287,18 @@ def _joint(element: Element) -> UrdfJoint:
         found = f"type {shortened(kind)!r}" if kind else "no type"
         raise RobotError(f"{found}; accepted: {', '.join(KINDS)}")
     parent, child = (_end(element, key) for key in ("parent", "child"))
-    xyz, rpy = _origin(element)
+    xyz, rpy = _origin(element, version)
     axis = _triple(element.first("axis"), "xyz", (sp.S.One, sp.S.Zero, sp.S.Zero))
     if KINDS[kind] != names.FIXED and axis == ORIGIN:
         raise RobotError("the axis is zero; accepted: any direction")
     limit, given = {}, element.first("limit")
     if given is not None:  # the format has a default if one of the two is absent
         limit = {"lower": 0.0, "upper": 0.0} if kind != "continuous" else {}
-        for key in (*limit, "velocity", "effort"):
+        for key in (*limit, "velocity", "effort", "acceleration", "deceleration", "jerk"):
             if key in given.attributes:
                 limit[key] = float(_number(given, key))
     dynamics = element.first("dynamics")
-    loss = dict.fromkeys(("damping", "friction", "armature"), 0.0)
+    loss = _LOSSES
     if dynamics is not None:
         loss = {key: float(_number(dynamics, key, "0")) for key in loss}
     return UrdfJoint(

@@ -38,6 +38,7 @@ class Element:
     """One element: tag, attributes, and byte positions in the UTF-8 text.
 
     Attributes:
+        text: the last text directly inside the element.
         start: first byte of the start tag.
         inside: first byte after the start tag.
         close: first byte of the end tag; equals `inside` if there is no content.
@@ -52,6 +53,7 @@ class Element:
     close: int = 0
     end: int = 0
     children: list[Element] = field(default_factory=list)
+    text: str = ""
 
     def all(self, tag: str) -> list[Element]:
         """Return the children with this tag."""
@@ -90,6 +92,9 @@ def parse_xml(text: str) -> Element:
         (stack[-1].children if stack else roots).append(element)
         stack.append(element)
 
+    def read(text: str) -> None:
+        stack[-1].text = text
+
     def end(_: str) -> None:
         element = stack.pop()
         at = parser.CurrentByteIndex
@@ -106,6 +111,7 @@ def parse_xml(text: str) -> Element:
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
+    parser.CharacterDataHandler = read
     parser.StartDoctypeDeclHandler = refuse
     parser.EntityDeclHandler = refuse
     try:
