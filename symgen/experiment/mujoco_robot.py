@@ -19,7 +19,7 @@ from symgen.runtime.simulate import Law
 _HOLDING = 1e9  # kg m2 or kg: armature of a locked joint
 _FINEST = 1e-3  # s: longest step
 _SAME = 1e-3  # relative difference of torques; rounded angles cause less
-_RIGHT = "4."  # the first MuJoCo that was seen to read all inertias of a URDF
+_RIGHT = 4  # the first MuJoCo that was seen to read all inertias of a URDF
 _ACCEPTED = (
     "MuJoCo 4.0 or later, which reads <origin rpy> of <inertial> and fixed links right: "
     "pip install 'mujoco>=4.0'"
@@ -136,6 +136,6 @@ def _other_inertias(mujoco: Any, model: Any, path: Path) -> list[str]:
     if error <= _SAME:
         return []
     what = f"MuJoCo {version} has other inertias than {path.name}: torques differ by {error:.1%}"
-    if version < _RIGHT:
+    if int(version.split(".")[0]) < _RIGHT:
         raise RobotError(f"{what}; accepted: {_ACCEPTED}")
     return [f"{what}. Links without <inertial> have the mass of their geometry in MuJoCo"]

@@ -207,9 +207,9 @@ class Chain:
     def _pose(self, xyz: Triple, rpy: Triple) -> Array:
         """Return Trans(xyz) Rot(z, yaw) Rot(y, pitch) Rot(x, roll), with exact angles."""
         errors = list(map(self._rounding, rpy))
-        angles = map(self._meant, _many(rpy), errors)
+        angles = map(self._meant, many(rpy), errors)
         within = min(sum(errors), exact_numbers.TOLERANCE)
-        return pose(self._recognised(turn(*angles), within), _many(xyz))
+        return pose(self._recognised(turn(*angles), within), many(xyz))
 
     def _rounding(self, angle: sp.Rational) -> float:
         """Return the largest rounding error of an angle of the file."""
@@ -238,7 +238,7 @@ class Chain:
         frame = self.link[joint.child]
         if joint.fixed:
             return frame[:3, 3], frame[:3, 2]
-        axis = _many(joint.axis)
+        axis = many(joint.axis)
         axis = axis / dh.norm(axis)
         axis = np.where(abs(axis) > exact_numbers.TOLERANCE, axis, context().mpf(0))
         rotation = np.eye(3, dtype=object)
@@ -422,14 +422,14 @@ class Chain:
         if inertial is None:
             return [0.0] * len(names.LINK)
         own = self.link[link] @ self._pose(inertial.xyz, inertial.rpy)
-        xx, xy, xz, yy, yz, zz = _many(inertial.inertia)
+        xx, xy, xz, yy, yz, zz = many(inertial.inertia)
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=object)
-        (mass,) = _many((inertial.mass,))
-        body = Body(self.number[joint], mass, _many(ORIGIN), tensor)
+        (mass,) = many((inertial.mass,))
+        body = Body(self.number[joint], mass, many(ORIGIN), tensor)
         moved = body.moved(inverse(self.frame[joint]) @ own)
         return [exact_numbers.to_double(v) for v in moved.standard]
 
 
-def _many(values: Sequence[sp.Rational]) -> Array:
+def many(values: Sequence[sp.Rational]) -> Array:
     """Return exact rationals as numbers with 50 digits."""
     return np.array([context().mpf(int(v.p)) / int(v.q) for v in values], dtype=object)

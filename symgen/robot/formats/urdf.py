@@ -24,10 +24,11 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
-from symgen.robot import expressions
+from symgen.robot import dh, expressions
 from symgen.robot.body import Body, Dynamics, JointDynamics, merge_bodies
+from symgen.robot.exact_numbers import context
 from symgen.robot.expressions import shortened
-from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
+from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint, many
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
 from symgen.robot.imported import Imported
 from symgen.robot.types import MAX_JOINTS
@@ -49,7 +50,7 @@ _ROUNDING = 1e-12
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _MAX_TITLE = 200
 _NOT_UNIT = 1e-3  # deviation of the length of a quaternion from 1
-_ANGLE_DIGITS = 20
+_ANGLE_DIGITS = 20  # of angles that are computed from a quaternion
 _LARGEST_GEAR = 1e6
 #: Values of a transmission without an effect.
 _MOTOR = {"mechanicalReduction": 1.0, "mechanical_reduction": 1.0, "motorInertia": 0.0}
@@ -255,12 +256,13 @@ def _angles(text: str) -> Triple:
     Raises:
         RobotError: it is not a unit quaternion.
     """
-    x, y, z, w = _numbers(text, 4, "quat_xyzw")
-    turn = sp.Quaternion(w, x, y, z)
-    if abs(turn.norm() - 1) > _NOT_UNIT:
+    quaternion = many(_numbers(text, 4, "quat_xyzw"))
+    if abs(dh.norm(quaternion) - 1) > _NOT_UNIT:
         raise RobotError(f"quat_xyzw is {shortened(text)!r}; accepted: x y z w of length 1")
-    angles = turn.to_euler("xyz")  # about fixed axes
-    roll, pitch, yaw = (sp.Rational(str(angle.evalf(_ANGLE_DIGITS))) for angle in angles)
+    v, eye = quaternion[:3], np.eye(3, dtype=object)
+    half = quaternion[3] * eye + np.cross(eye, v)
+    angles = dh.turned_by(half @ half + np.outer(v, v), _ROUNDING)
+    roll, pitch, yaw = (sp.Rational(context().nstr(angle, _ANGLE_DIGITS)) for angle in angles)
     return roll, pitch, yaw
 
 
