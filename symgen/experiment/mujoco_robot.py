@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -131,8 +132,10 @@ def _other_inertias(mujoco: Any, model: Any, path: Path) -> list[str]:
         RobotError: they differ, and this MuJoCo is older than the one that reads them right.
     """
     found, version = read_imported(path), mujoco.__version__
-    bodies = tuple(pair for pair in found.parameters if not pair[0].startswith(ROTOR))
-    error = difference(replace(found, parameters=bodies), model).max() if bodies else 0
+    bodies = tuple(p for p in found.parameters if not p[0].startswith((ROTOR, "FV")))
+    bare = copy.copy(model)
+    bare.dof_damping[:] = 0
+    error = difference(replace(found, parameters=bodies), bare).max() if bodies else 0
     if error <= _SAME:
         return []
     what = f"MuJoCo {version} has other inertias than {path.name}: torques differ by {error:.1%}"

@@ -469,7 +469,11 @@ def test_a_urdf_has_its_own_inertias_in_mujoco(tmp_path, command, monkeypatch, c
     <mass value="1"/><inertia ixx="0.1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <link name="tool">{box if case == "geometry" else ""}</link>
   <joint name="turn" type="continuous"><parent link="base"/><child link="table"/>
-    <axis xyz="0 0 1"/></joint>
+    <axis xyz="0 0 1"/><dynamics damping="2"/></joint>
+  <link name="finger"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="follows" type="continuous"><parent link="table"/><child link="finger"/>
+    <axis xyz="1 0 0"/><mimic joint="turn"/><dynamics damping="2"/></joint>
   <joint name="flange" type="fixed"><parent link="table"/><child link="tool"/>
     <origin xyz="0.3 0 0"/></joint>
 </robot>"""

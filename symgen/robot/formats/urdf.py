@@ -160,7 +160,9 @@ def _tree(root: Element) -> Urdf:
         joints[name] = replace(joints[name], armature=armature)
     notes = [_GEARED] if motors else []
     if unread:
-        shown = first_of([f"<{shortened(tag)}> (line {line})" for tag, line in unread], 6)
+        shown = first_of(
+            [f"<{shortened(tag)}> (line {line})" for tag, line in dict(unread).items()], 6
+        )
         notes.append(f"not read, and may change the dynamics: {shown}")
     gears = {name: ratio for name, ratio, _ in motors}
     title = root.attributes.get("name", "")
