@@ -128,12 +128,20 @@ class Losses(NamedTuple):
 
 #: Orders in which the losses grow with the ratio of a follower.
 _ORDERS = np.array([2, 2, 3, 4, 1])
+#: Arrays of MuJoCo with the losses, in their order, and numbers in a row.
+_SIZES = {"armature": 1, "damping": 1, "dampingpoly": 2, "frictionloss": 1}
 
 
 def _row(model: Any, name: str, k: Any, size: int = 2) -> list[float]:
     """Return row k of an array of the model; zeros where MuJoCo is older than the array."""
     array = getattr(model, name, None)
     return [0.0] * size if array is None else np.ravel(array[k]).tolist()
+
+
+def _own_losses(model: Any, of: str, k: Any) -> FloatArray:
+    """Return the `Losses` of a degree of freedom ("dof"), tendon or actuator alone, (5,)."""
+    rows = [_row(model, f"{of}_{key}", k, size) for key, size in _SIZES.items()]
+    return np.concatenate(rows)
 
 
 class _Tendon(NamedTuple):
@@ -282,21 +290,17 @@ class MjcfTree:
         m = self.model
         own = np.zeros((m.njnt, len(Losses._fields)))
         for k in np.flatnonzero(m.jnt_type >= _SLIDE):
-            dof = int(m.jnt_dofadr[k])
-            higher = _row(m, "dof_dampingpoly", dof)
-            own[k] = m.dof_armature[dof], m.dof_damping[dof], *higher, m.dof_frictionloss[dof]
+            own[k] = _own_losses(m, "dof", m.jnt_dofadr[k])
         added = self._actuators(np.arange(m.njnt), _ON_JOINTS)
         place = {name: k for k, name in enumerate(self._joint_names)}
         total = own + added
         for follower in self.mimics:
             leader, factor, _ = self._followed(follower)
             added[place[leader]] += abs(factor) ** _ORDERS * total[place[follower]]
-        more, every = ((self._used * x).tolist() for x in (added, own + added))
-        names_of = self._joint_names
-        return (
-            {name: Losses(*row) for name, row in zip(names_of, more, strict=True)},
-            {name: Losses(*row) for name, row in zip(names_of, every, strict=True)},
-        )
+        used = ((self._used * x).tolist() for x in (added, own + added))
+        rows = (zip(self._joint_names, (Losses(*row) for row in x), strict=True) for x in used)
+        more, every = map(dict, rows)
+        return more, every
 
     @property
     def _used(self) -> FloatArray:
@@ -315,13 +319,8 @@ class MjcfTree:
         m = self.model
         out = np.zeros((len(places), len(Losses._fields)))
         for k in np.flatnonzero(np.isin(m.actuator_trntype, kinds)):
-            (armature,), (damping,) = (
-                _row(m, f"actuator_{key}", k, 1) for key in ("armature", "damping")
-            )
-            higher = _row(m, "actuator_dampingpoly", k)
-            gear = float(m.actuator_gear[k, 0])
-            own: FloatArray = np.array([armature, damping, *higher, 0.0])
-            out[places == m.actuator_trnid[k, 0]] += gear**2 * own
+            own = _own_losses(m, "actuator", k)
+            out[places == m.actuator_trnid[k, 0]] += m.actuator_gear[k, 0] ** 2 * own
         return out
 
     def _followed(self, joint: str) -> tuple[str, float, float]:
@@ -399,10 +398,8 @@ class MjcfTree:
             if not fixed or count != 2 or m.wrap_prm[first] != 1 or springs:
                 continue
             one, two = (m.joint(int(m.wrap_objid[first + i])).name for i in range(2))
-            higher = _row(m, "tendon_dampingpoly", k)
-            own = m.tendon_armature[k], m.tendon_damping[k], *higher, m.tendon_frictionloss[k]
             added = self._used * self._actuators(np.array([k]), (_TENDON,))[0]
-            losses = added + self._used * np.array(own)
+            losses = added + self._used * _own_losses(m, "tendon", k)
             if one and two and not self.mimics.keys() & {one, two} and not losses[2:4].any():
                 about = k, m.tendon(k).name, float(m.wrap_prm[first + 1])
                 out[one, two] = _Tendon(*about, *(Losses(*x.tolist()) for x in (losses, added)))

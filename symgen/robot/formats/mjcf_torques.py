@@ -151,11 +151,10 @@ def quiet() -> Iterator[None]:
 
 def _ratios(robot: Robot, joints: Sequence[Joint]) -> FloatArray:
     """Return dq_j/dq_k of joints by the movable joints, (J, n)."""
-    place = {number: k for k, number in enumerate(robot.numbers)}
     out = np.zeros((len(joints), robot.n))
     for row, joint in zip(out, joints, strict=True):
         for number, c in joint.shares:
-            row[place[number]] = float(c)
+            row[robot.numbers.index(number)] = float(c)
     return out
 
 
@@ -180,20 +179,20 @@ def torques(
     of_joints = np.array([_link_torques(robot, values, *state) for state in states])
     tau = of_joints @ _ratios(robot, robot.joints)
     for k, joint in enumerate(robot.movable):
-        tau[:, k] += values.get(f"{names.ROTOR}{joint.number}", 0.0) * qdd[:, k]
-        tau[:, k] += values.get(f"FV{joint.number}", 0.0) * qd[:, k]
-        tau[:, k] += values.get(f"OF{joint.number}", 0.0)
-    place = {number: k for k, number in enumerate(robot.numbers)}
+        keys = names.ROTOR, "FV", "OF"
+        rotor, viscous, offset = (values.get(f"{key}{joint.number}", 0.0) for key in keys)
+        tau[:, k] += rotor * qdd[:, k] + viscous * qd[:, k] + offset
     for pair in robot.couplings:
-        one, two, c = place[pair.first], place[pair.second], float(pair.ratio)
+        one, two = map(robot.numbers.index, (pair.first, pair.second))
+        c = float(pair.ratio)
         speed, rate = (x[:, one] + c * x[:, two] for x in (qd, qdd))
         force = values[f"IAM{pair.second}"] * rate + values[f"FVM{pair.second}"] * speed
         tau[:, one] += force
         tau[:, two] += c * force
     for effect in robot.effects:
-        k = place[effect.joint]
-        known = {sp.Symbol(n, real=True): values[n] for n, _ in effect.linear}
-        known |= {sp.Symbol(n, real=True): c for n, c in effect.nonlinear}
+        k = robot.numbers.index(effect.joint)
+        linear = ((n, values[n]) for n, _ in effect.linear)
+        known = {sp.Symbol(n, real=True): c for n, c in (*linear, *effect.nonlinear)}
         symbols = [sp.Symbol(f"{x}{effect.joint}", real=True) for x in ("q", "qd")]
         tau[:, k] -= sp.lambdify(symbols, effect.torque.subs(known), "numpy")(q[:, k], qd[:, k])
     return tau
