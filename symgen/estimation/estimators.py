@@ -21,7 +21,6 @@ from symgen.estimation.solve import (
     condition,
     inverse_deviation,
     inverse_information,
-    least_squares_with_prior,
     log_weights,
     merged,
     require_rows,
@@ -164,7 +163,7 @@ class Prior:
         if not (np.isfinite(self.mean).all() and (self.std > 0).all()):
             raise IdentificationError("the prior's means are not finite, or a std is not above 0")
         prior_rows = np.column_stack([np.diag(1 / self.std), self.mean / self.std])
-        return least_squares_with_prior(system, prior_rows)
+        return weighted_least_squares(system, prior=prior_rows)
 
 
 @dataclass(frozen=True, eq=False)

@@ -98,7 +98,10 @@ def merged(parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, .
 
 
 def log_weights(
-    parts: Sequence[Summary], names: tuple[str, ...], passes: int = PASSES
+    parts: Sequence[Summary],
+    names: tuple[str, ...],
+    passes: int = PASSES,
+    prior: FloatArray | None = None,
 ) -> tuple[FloatArray, Merged]:
     """Return the log weights 1/sigma by iteration, with sigma the residual deviation of each log.
 
@@ -106,10 +109,13 @@ def log_weights(
         parts: the summaries of the logs; read once a pass.
         names: names of the columns.
         passes: number of updates of the weights; 0 for equal weights.
+        prior: equations of a prior with a deviation of one, (k, p + 1), for any number of passes.
 
     Returns:
         The weights (1/sigma, one a log), and the result of `merged` with them.
     """
+    if prior is not None:
+        return _weights_with_prior(parts, names, prior)
     weights = np.ones(len(parts))
     solved = merged((s.factor for s in parts), weights, names)
     for _ in range(passes if len(parts) > 1 else 0):
@@ -118,18 +124,13 @@ def log_weights(
     return weights, solved
 
 
-def weights_with_prior(
+def _weights_with_prior(
     parts: Sequence[Summary], names: tuple[str, ...], prior: FloatArray
 ) -> tuple[FloatArray, Merged]:
-    """Return the log weights and the solution with a prior; as `log_weights`.
+    """Return the log weights and the solution with a prior.
 
     The weights contain the number of rows that share samples, so that overlapping windows do not
     outweigh the prior.
-
-    Args:
-        parts: the summaries of the logs; read once a pass.
-        names: names of the columns.
-        prior: equations of the prior with a deviation of one, (k, p + 1).
     """
     X = np.zeros(len(names))  # the first deviation is that of y
     for _ in range(_PASSES_OF_A_PRIOR):
@@ -138,28 +139,6 @@ def weights_with_prior(
         solved = merged(rows, np.append(weights, 1.0), names)
         X = solved[0]
     return weights, solved
-
-
-def least_squares_with_prior(system: LinearSystem, prior: FloatArray) -> Solution:
-    """Solve by QR of the rows and the prior below them, (k, p + 1)."""
-    parts = summaries(system)
-    weights, solved = weights_with_prior(parts, system.names, prior)
-    meat = sum_of_scores(system, parts, weights, solved[0])
-    return solution_with_prior(parts, weights, solved, meat, prior)
-
-
-def solution_with_prior(
-    parts: Sequence[Summary],
-    weights: FloatArray,
-    solved: Merged,
-    meat: FloatArray,
-    prior: FloatArray,
-) -> Solution:
-    """Return the solution with a prior, (k, p + 1); the other arguments as before."""
-    solution = least_squares_solution(parts, weights, solved, meat)
-    bread = inverse_information(*solved[1:])
-    information = prior[:, :-1].T @ prior[:, :-1]
-    return replace(solution, noise=solution.noise + bread @ information @ bread)
 
 
 def shortest_weights(parts: Sequence[Summary]) -> FloatArray:
@@ -205,7 +184,11 @@ def inverse_information(scale: FloatArray, R: FloatArray) -> FloatArray:
 
 
 def least_squares_solution(
-    parts: Sequence[Summary], weights: FloatArray, solved: Merged, meat: FloatArray
+    parts: Sequence[Summary],
+    weights: FloatArray,
+    solved: Merged,
+    meat: FloatArray,
+    prior: FloatArray | None = None,
 ) -> Solution:
     """Return the solution of weighted least squares with its precision.
 
@@ -214,11 +197,15 @@ def least_squares_solution(
         weights: weights of the rows, one a log.
         solved: the result of `merged` with these weights.
         meat: their `summed_scores`, (p, p).
+        prior: equations of the prior in the solution, (k, p + 1).
     """
     X, scale, R = solved
     bread = inverse_information(scale, R)
-    covariances = robust_covariance(X, bread, meat, parts, weights)
-    return Solution(X, *covariances, condition(R), tuple(map(float, weights)))
+    noise, misfit = robust_covariance(X, bread, meat, parts, weights)
+    if prior is not None:
+        rows = prior[:, :-1] @ bread
+        noise = noise + rows.T @ rows
+    return Solution(X, noise, misfit, condition(R), tuple(map(float, weights)))
 
 
 def sum_of_scores(
@@ -229,17 +216,24 @@ def sum_of_scores(
     return summed_scores((scores(e, X, w) for w, e in pairs), parts)
 
 
-def weighted_least_squares(system: LinearSystem, passes: int = PASSES) -> Solution:
+def weighted_least_squares(
+    system: LinearSystem, passes: int = PASSES, prior: FloatArray | None = None
+) -> Solution:
     """Solve by QR of [W y], log by log; the weights are iterated on the factors.
+
+    Args:
+        system: the equations.
+        passes, prior: as in `log_weights`.
 
     Raises:
         IdentificationError: the data do not determine the parameters.
     """
-    require_rows(system)
+    if prior is None:
+        require_rows(system)
     parts = summaries(system)
-    weights, solved = log_weights(parts, system.names, passes)
+    weights, solved = log_weights(parts, system.names, passes, prior)
     meat = sum_of_scores(system, parts, weights, solved[0])
-    return least_squares_solution(parts, weights, solved, meat)
+    return least_squares_solution(parts, weights, solved, meat, prior)
 
 
 def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:

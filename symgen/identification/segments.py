@@ -38,8 +38,6 @@ from symgen.estimation.solve import (
     PASSES,
     least_squares_solution,
     log_weights,
-    solution_with_prior,
-    weights_with_prior,
 )
 from symgen.estimation.summary import Summary, merge_summaries, summarise
 from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
@@ -354,20 +352,13 @@ class LongLogs(OpenLogs):
         parts = list(train.values())
         prior = WeakPrior.of(run.evaluator.model, parts)
         needed = None if chosen.best.known is None or not method.is_wls else prior.rows
-        if needed is None:
-            passes = 0 if method.name == Ols.name else PASSES
-            weights, solved = log_weights(parts, names, passes)
-        else:
-            weights, solved = weights_with_prior(parts, names, needed)
+        passes = 0 if method.name == Ols.name else PASSES
+        weights, solved = log_weights(parts, names, passes, needed)
         X = solved[0]
         lags = [s.lag for s in parts]
         summed = dict(zip(train, zip(weights, lags, strict=True), strict=True))
         meat, fits = self._errors(settings, X, summed, again)
-        about = parts, weights, solved, meat
-        if needed is None:
-            solution = least_squares_solution(*about)
-        else:
-            solution = solution_with_prior(*about, needed)
+        solution = least_squares_solution(parts, weights, solved, meat, needed)
         settled = settle(chosen, method, solution, prior)
         X = settled.solution.X
         if X is not solution.X:

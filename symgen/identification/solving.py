@@ -25,7 +25,7 @@ from symgen.estimation.estimators import (
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.instrumental import InstrumentalVariables
 from symgen.estimation.logs import Source, listed_logs
-from symgen.estimation.solve import Solution, least_squares_with_prior, weighed
+from symgen.estimation.solve import Solution, weighed, weighted_least_squares
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import SEED, FloatArray
 from symgen.identification.weak_prior import WeakPrior
@@ -211,7 +211,7 @@ def solve_equations(
     """
     system = system_of(evaluator, train)
     if prior is not None and method.is_wls:
-        return least_squares_with_prior(system, prior.rows)
+        return weighted_least_squares(system, prior=prior.rows)
     if method.custom is not None or method.name != "recursive":
         return method.estimator.solve(system)
     if model.name == "torque":
