@@ -259,17 +259,15 @@ def _with_higher(
     """
     damping = {2: 0.0, 3: 0.0}
     for effect in robot.effects:
-        names_of = [name for name, _ in effect.linear]
         if effect.joint != joint.joint:
             continue
+        names_of = [name for name, _ in effect.linear]
         if effect.name == DRAG and effect.nonlinear[0][1] in damping:
             damping[int(effect.nonlinear[0][1])] += values[names_of[0]]
             written.update(names_of)
         if effect.name == CABLE and not joint.stiffness:
-            offset = f"OF{joint.joint}"
-            torque = np.polynomial.Polynomial(
-                [values.get(offset, 0.0), *(values[name] for name in names_of)]
-            )
+            names_of.insert(0, f"OF{joint.joint}")
+            torque = np.polynomial.Polynomial([values.get(name, 0.0) for name in names_of])
             roots = np.asarray(torque.roots(), dtype=complex)
             rests = roots.real[np.abs(roots.imag) <= _REAL * (1 + np.abs(roots))]
             if len(rests):
@@ -282,7 +280,7 @@ def _with_higher(
                     stiffness_3=third / 6,
                     springref=rest,
                 )
-                written.update((offset, *names_of))
+                written.update(names_of)
     return replace(joint, damping_2=damping[2], damping_3=damping[3])
 
 

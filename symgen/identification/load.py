@@ -22,8 +22,8 @@ from symgen.identification.pseudo_inertia import (
     LENGTH,
     UNIT,
     about_centre,
+    least_eigenvalues,
     parameters_of,
-    pseudo_inertia,
 )
 from symgen.robot.tables import Frame
 
@@ -62,7 +62,7 @@ class Load:
             frame: a frame that is fixed in the frame of the load.
         """
         A = np.linalg.inv(np.array(frame.transform))
-        T = np.array([parameters_of(A @ pseudo_inertia(unit) @ A.T) for unit in np.eye(10)]).T
+        T = np.array([parameters_of(A @ P @ A.T) for P in BASIS]).T
         null = np.linalg.qr((T * UNITS / UNITS[:, None]) @ self.null)[0]
         return Load(T @ self.s, T @ self.covariance @ T.T, null)
 
@@ -92,7 +92,7 @@ class Load:
 
         scale = UNITS * abs(float(self.s[-1]) if mass is None else mass)
         x0 = self.s / scale
-        if not self.null.size and np.linalg.eigvalsh(pseudo_inertia(x0))[0] > 0:
+        if not self.null.size and least_eigenvalues(x0[None])[0] > 0:
             return self
         L = deviation_axes(self.covariance) / scale[:, None]
         onto = np.hstack([self.null, L])

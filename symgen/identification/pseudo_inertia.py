@@ -14,24 +14,10 @@ import numpy as np
 
 from symgen import names
 from symgen.estimation.values import FloatArray
-from symgen.robot.body import steiner
+from symgen.robot.body import link_matrices, pseudo_inertia, steiner
 
 #: Default length of a body, m.
 LENGTH = 0.1
-
-
-def pseudo_inertia(link: Sequence[float] | FloatArray) -> FloatArray:
-    """Return the pseudo-inertia (4, 4) of a link.
-
-    Args:
-        link: XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame, (10,).
-    """
-    J, m, M = _matrices(link)
-    out = np.zeros((4, 4))
-    out[:3, :3] = np.trace(J) / 2 * np.eye(3) - J
-    out[:3, 3] = out[3, :3] = m
-    out[3, 3] = M
-    return out
 
 
 def parameters_of(P: FloatArray) -> FloatArray:
@@ -46,17 +32,9 @@ def about_centre(link: Sequence[float] | FloatArray) -> tuple[float, FloatArray,
     Args:
         link: XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame, (10,).
     """
-    J, m, mass = _matrices(link)
+    J, m, mass = link_matrices(link)
     com = m / (mass or np.nan)
     return mass, com, J - steiner(mass, com)
-
-
-def _matrices(link: Sequence[float] | FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Return J (3, 3), m (3,) and M."""
-    J = np.zeros((3, 3))
-    J[np.triu_indices(3)] = link[:6]
-    J += np.triu(J, 1).T
-    return J, np.array(link[6:9], dtype=float), float(link[9])
 
 
 #: Pseudo-inertias of unit parameters, (10, 4, 4).

@@ -86,6 +86,28 @@ def steiner(mass: Any, at: Array) -> Array:
     return np.asarray(mass * (at @ at * np.eye(3, dtype=at.dtype) - np.outer(at, at)))
 
 
+def pseudo_inertia(link: Sequence[float] | FloatArray) -> FloatArray:
+    """Return the pseudo-inertia (4, 4) of a link, the integral of x x' dm over x = (r, 1).
+
+    Args:
+        link: XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame, (10,).
+    """
+    J, m, M = link_matrices(link)
+    out = np.zeros((4, 4))
+    out[:3, :3] = np.trace(J) / 2 * np.eye(3) - J
+    out[:3, 3] = out[3, :3] = m
+    out[3, 3] = M
+    return out
+
+
+def link_matrices(link: Sequence[float] | FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Return J (3, 3), m (3,) and M of ten link parameters; see `pseudo_inertia`."""
+    J = np.zeros((3, 3))
+    J[np.triu_indices(3)] = link[:6]
+    J += np.triu(J, 1).T
+    return J, np.array(link[6:9], dtype=float), float(link[9])
+
+
 def merge_bodies(bodies: Sequence[Body]) -> Body:
     """Return bodies in one frame as one body."""
     if len(bodies) == 1:

@@ -18,7 +18,7 @@ import sympy as sp
 from symgen import names
 from symgen.errors import RobotError
 from symgen.robot import dh
-from symgen.robot.body import FloatArray
+from symgen.robot.body import FloatArray, pseudo_inertia
 from symgen.robot.exact_numbers import TOLERANCE
 from symgen.robot.imported import Imported
 from symgen.robot.types import Joint, Robot
@@ -221,15 +221,8 @@ def _link_torques(
         S = twists[j] = T @ _TWISTS[joint.sigma] @ np.linalg.inv(T)
         V[j] = V[i] + S * speed
         A[j] = A[i] + S * rate + (V[i] @ S - S @ V[i]) * speed
-        W[j] = (A[j] + V[j] @ V[j] - gravity) @ (T @ _pseudo_inertia(values, j) @ T.T)
+        P = pseudo_inertia([values[f"{key}{j}"] for key in names.LINK])
+        W[j] = (A[j] + V[j] @ V[j] - gravity) @ (T @ P @ T.T)
     for joint in reversed(robot.joints):
         W[joint.antecedent] += W[joint.number]
     return np.asarray((twists * W).sum(axis=(1, 2))[1:])
-
-
-def _pseudo_inertia(values: Mapping[str, float], number: int) -> FloatArray:
-    """Return the pseudo-inertia (4, 4) of a link in the frame of its joint."""
-    xx, xy, xz, yy, yz, zz, x, y, z, mass = (values[f"{key}{number}"] for key in names.LINK)
-    half = (xx + yy + zz) / 2
-    rows = [half - xx, -xy, -xz, x], [-xy, half - yy, -yz, y], [-xz, -yz, half - zz, z]
-    return np.array([*rows, [x, y, z, mass]])
