@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from statistics import fmean, pstdev
 from typing import TYPE_CHECKING
 
 import click
@@ -68,19 +69,11 @@ def export(
     for log in logs:  # read first, so that an unreadable log leaves no file
         open_samples(log, known or read_robot(copied), reading)
     say_progress("deriving the model, and finding link parameters")
-    marked = copied.read_bytes().startswith(b"\xef\xbb\xbf") if copied.is_file() else False
+    marked = copied.is_file() and copied.read_bytes().startswith(b"\xef\xbb\xbf")
     encoding = "utf-8-sig" if marked else "utf-8"
     if samples:
-        drawn = [
-            *exports.export_samples(
-                estimate,
-                copied,
-                samples,
-                robot,
-                folder=to,
-                seed=seed,
-            )
-        ]
+        copies = exports.export_samples(estimate, copied, samples, robot, folder=to, seed=seed)
+        drawn = [*copies]
         digits, first = len(str(samples - 1)), drawn[0]
         paths = [to / f"{copied.stem}_{k:0{digits}d}{copied.suffix}" for k in range(samples)]
         files = {p.name: file.text.encode(encoding) for p, file in zip(paths, drawn, strict=True)}
@@ -103,11 +96,10 @@ def export(
         each = errors.files
         told = percent(each[0])
         if samples:
-            middle = sum(each) / len(each)
-            spread = (sum((x - middle) ** 2 for x in each) / len(each)) ** 0.5
-            told = f"{percent(middle)} on average over {samples} files, std {percent(spread)}"
+            spread = percent(pstdev(each))
+            told = f"{percent(fmean(each))} on average over {samples} files, std {spread}"
         say(f"torque error on {log}: {told}; the estimate {percent(errors.estimate)}")
-        if not samples and errors.files[0] > errors.estimate + least / 100:
+        if not samples and each[0] > errors.estimate + least / 100:
             why = "symgen diagnose searches for what the model lacks"
             if first.left_out:
                 why = f"the format cannot hold {', '.join(name for name, _, _ in first.left_out)}"
