@@ -32,7 +32,7 @@ from symgen.identification.parameters import (
 )
 from symgen.identification.physical import LinkParameters, link_parameters
 from symgen.identification.prediction import torque_errors
-from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
+from symgen.robot.body import COUPLING, CouplingDynamics, Dynamics, JointDynamics
 from symgen.robot.formats.mjcf import CABLE, DRAG, SPRING
 from symgen.robot.formats.mjcf_writer import updated_mjcf
 from symgen.robot.formats.urdf import updated_urdf
@@ -153,9 +153,7 @@ def identified_file(
             )
     if mjcf:
         text = updated_mjcf(path, dynamics)
-        contained = {
-            f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings
-        }
+        contained = {f"{kind}{c.second}" for kind in COUPLING for c in dynamics.couplings}
         contained |= {f"OF{joint.joint}" for joint in dynamics.joints if joint.stiffness}
         contained |= {*_springs(model.robot).values(), *polynomial}
     else:
@@ -235,11 +233,12 @@ def _dynamics(robot: Robot, links: LinkParameters, higher: bool) -> tuple[Dynami
         joints.append(_with_higher(plain, robot, links.values, polynomial) if higher else plain)
     couplings = (
         CouplingDynamics(
-            c.first, c.second, float(c.ratio.subs(robot.values())), value(f"IAM{c.second}"),
-            value(f"FVM{c.second}"), value(f"FSM{c.second}"),
+            *c.joints,
+            float(c.ratio.subs(robot.values())),
+            *(value(f"{prefix}{c.second}") for prefix in COUPLING),
         )
         for c in robot.couplings
-    )  # fmt: skip
+    )
     return Dynamics(links.bodies, tuple(joints), tuple(couplings)), frozenset(polynomial)
 
 

@@ -18,6 +18,8 @@ from symgen.robot.exact_numbers import context
 
 FloatArray = NDArray[np.float64]
 Array = NDArray[Any]
+#: Parameter of a coupling -> its loss, in the order of `CouplingDynamics`.
+COUPLING = {"IAM": "armature", "FVM": "damping", "FSM": "frictionloss"}
 
 
 def screw(axis: int, angle: Any, distance: Any) -> Array:

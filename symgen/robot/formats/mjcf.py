@@ -25,14 +25,14 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.errors import ParameterError, RobotError, located, message_of, plain
 from symgen.robot import expressions
-from symgen.robot.body import FloatArray
+from symgen.robot.body import COUPLING, FloatArray
 from symgen.robot.declared_effects import of_library
 from symgen.robot.dh import turned_by
 from symgen.robot.effect import definitions
 from symgen.robot.exact_numbers import angle, context
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
-from symgen.robot.formats.mjcf_torques import quiet, unread
+from symgen.robot.formats.mjcf_torques import disabling, quiet, unread
 from symgen.robot.formats.xml import parse_xml
 from symgen.robot.imported import Imported
 from symgen.robot.tables import Coupling
@@ -76,24 +76,21 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
             raise RobotError("gravity is zero; accepted: the gravity that the robot works in")
     robot = replace(found.robot, gravity=gravity, couplings=tree.couplings(chain))
     values = [*found.parameters, *tree.coupled(chain)]
-    offsets = {}
     for name, effect, coefficients, constants in tree.effects():
         joint = robot.joint(chain.number[name])
         added = of_library(definitions()[effect], joint.number, joint.sigma, constants)
         robot = replace(robot, effects=(*robot.effects, added))
         named = (coefficient for coefficient, _ in robot.effects[-1].linear)
         values += zip(named, coefficients, strict=True)
-    for name, spring in tree.springs.items():
-        if spring[0]:
-            offsets[chain.number[name]] = float(spring[0])
     joints = []
     for joint in robot.joints:
-        if joint.number in offsets:
+        torque, *_ = tree.springs.get(joint.name, [0.0])
+        if torque:
+            values.append((f"OF{joint.number}", float(torque)))
             joint = replace(joint, friction=(*joint.friction, "offset"))
         key = "r" if joint.slides else "theta"
         zero = angle(context().mpf(tree.zeros.get(joint.name, 0.0)))
         joints.append(replace(joint, **{key: getattr(joint, key) - zero}))
-    values += [(f"OF{number}", torque) for number, torque in offsets.items()]
     robot = replace(robot, joints=tuple(joints))
     assumed = (*found.assumed, *_without_motor(robot, tree.model))
     read = replace(found, robot=robot, parameters=tuple(values), assumed=assumed)
@@ -275,10 +272,7 @@ class MjcfTree:
 
     def is_off(self, flag: str) -> bool:
         """Return whether <flag> of the file disables a part of the physics: GRAVITY, SPRING, ..."""
-        import mujoco
-
-        bit = getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}")
-        return bool(self.model.opt.disableflags & int(bit))
+        return bool(self.model.opt.disableflags & disabling(flag))
 
     def _losses(self) -> tuple[dict[str, Losses], dict[str, Losses]]:
         """Return the losses that actuators and followers add to each joint, and all of the joint.
@@ -421,9 +415,8 @@ class MjcfTree:
         """Yield the parameters of the couplings."""
         for (_, two), tendon in self.tendons.items():
             number = chain.number[two]
-            yield f"IAM{number}", tendon.losses.armature
-            yield f"FVM{number}", tendon.losses.damping
-            yield f"FSM{number}", tendon.losses.frictionloss
+            for prefix, loss in COUPLING.items():
+                yield f"{prefix}{number}", getattr(tendon.losses, loss)
 
     def require_weight_on_motors(self) -> None:
         """Refuse bodies whose weight MuJoCo compensates without the actuators.

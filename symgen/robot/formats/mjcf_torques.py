@@ -118,7 +118,7 @@ def _mujoco_torques(
 
     bare = copy.copy(model)
     for key in _CONSTRAINTS:
-        bare.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{key}"))
+        bare.opt.disableflags |= disabling(key)
     bare.dof_frictionloss[:] = bare.tendon_frictionloss[:] = 0
     ids = {bare.joint(k).name or f"joint{k + 1}": k for k in range(bare.njnt)}
     moving = [joint for joint in robot.moving if joint.name in ids]
@@ -135,6 +135,13 @@ def _mujoco_torques(
             mujoco.mj_inverse(bare, data)
             tau[:] = ratio.T @ data.qfrc_inverse[v_at]
     return out
+
+
+def disabling(part: str) -> int:
+    """Return the flag that disables a part of the physics of MuJoCo: GRAVITY, SPRING, ..."""
+    import mujoco
+
+    return int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{part}"))
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -11,7 +11,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from symgen.errors import ParameterError, located, plain
-from symgen.robot.body import Body, CouplingDynamics, Dynamics, JointDynamics
+from symgen.robot.body import COUPLING, Body, CouplingDynamics, Dynamics, JointDynamics
 from symgen.robot.formats.chain import Chain
 from symgen.robot.formats.mjcf import ACCEPTED, Losses, MjcfTree
 from symgen.robot.formats.urdf import (
@@ -50,14 +50,16 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
         tree = MjcfTree(path, text)
         tree.require_weight_on_motors()
         chain = Chain(tree.urdf)
-        places = {e.attributes.get("name"): e for e in tree.root.walk("body")}
+        places = _by_name(tree.root.walk("body"))
         bodies = written_bodies(chain, dynamics.bodies)
         require_finite_joints(chain, dynamics.joints)
         for link, body in bodies.items():
             at = _named(places, "body", link)
             body = replace(body, com=np.asarray(body.com) + tree.shift[link])
             edits.append(inertial_edit(content, at, [CAVEAT, _inertial(body)]))
-        joints = {e.attributes.get("name"): e for b in places.values() for e in b.all("joint")}
+        joints = _by_name(e for body in places.values() for e in body.all("joint"))
+        section = tree.root.first("tendon")
+        named = _by_name(section.children if section else ())
         tendons = list[str]()
         for joint in dynamics.joints:
             name = joint_name(chain, joint.joint)
@@ -70,7 +72,7 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
             one, two = (joint_name(chain, number) for number in (pair.first, pair.second))
             if (one, two) in tree.tendons:
                 tendon = tree.tendons[one, two]
-                at = _named(_by_name(tree.root, "tendon"), "tendon", tendon.name)
+                at = _named(named, "tendon", tendon.name)
                 own_pair = _without(pair, tendon.added, f"tendon {plain(tendon.name)!r}")
                 edits.append(with_attributes(content, at, _losses(own_pair)))
             else:
@@ -107,10 +109,9 @@ def _inertial(body: Body) -> str:
     return f'<inertial pos="{centre}" mass="{float(body.mass)!r}" fullinertia="{values}"/>'
 
 
-def _by_name(root: Element, section: str) -> dict[str | None, Element]:
-    """Return the elements of a section of the file by their names."""
-    found = root.first(section)
-    return {e.attributes.get("name"): e for e in (found.children if found else ())}
+def _by_name(elements: Iterable[Element]) -> dict[str | None, Element]:
+    """Return elements of the file by their names."""
+    return {e.attributes.get("name"): e for e in elements}
 
 
 def _named(places: Mapping[str | None, Element], what: str, name: str) -> Element:
@@ -136,16 +137,11 @@ def _attributes(dynamics: JointDynamics, angle: float, spring: bool) -> dict[str
         angle: the number that the file contains for a radian.
         spring: whether the joint has a spring, or had one in the file.
     """
-    values = {
-        "armature": dynamics.armature,
-        "damping": dynamics.damping,
-        "frictionloss": dynamics.frictionloss,
-    }
+    written = _losses(dynamics)
     if spring:
-        values["stiffness"] = dynamics.stiffness
+        written["stiffness"] = repr(float(dynamics.stiffness))
     if dynamics.springy:
-        values["springref"] = dynamics.springref * angle
-    written = {key: repr(float(value)) for key, value in values.items()}
+        written["springref"] = repr(float(dynamics.springref * angle))
     for key in ("damping", "stiffness"):
         higher = [float(getattr(dynamics, f"{key}_{order}")) for order in (2, 3)]
         if any(higher):
@@ -153,8 +149,8 @@ def _attributes(dynamics: JointDynamics, angle: float, spring: bool) -> dict[str
     return written
 
 
-def _losses(pair: CouplingDynamics) -> dict[str, str]:
-    return {key: repr(float(getattr(pair, key))) for key in ("armature", "damping", "frictionloss")}
+def _losses(dynamics: JointDynamics | CouplingDynamics) -> dict[str, str]:
+    return {key: repr(float(getattr(dynamics, key))) for key in COUPLING.values()}
 
 
 def _tendon(one: str, two: str, pair: CouplingDynamics) -> list[str]:
