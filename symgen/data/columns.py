@@ -9,7 +9,6 @@ exactly one pattern with all joints, and reports it. It refuses a role with two:
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -134,8 +133,8 @@ def with_joints(path: Path, form: CsvForm, wanted: Wanted) -> list[str]:
                 named[match[1], int(match[2] or j)] = joint.strip(" '\"")
     for k, name in enumerate(header):
         match = _INDEXED.fullmatch(name)
-        if match and (match[1], int(match[3])) in named:
-            header[k] = f"{match[1]}{match[2]}.{named[match[1], int(match[3])]}"
+        if match and (owner := named.get((match[1], int(match[3])))):
+            header[k] = f"{match[1]}{match[2]}.{owner}"
     if named:
         joints_of_file(wanted, [*named.values()])
     return header
@@ -168,9 +167,8 @@ def assigned(
     ]
     # A header with a unit, q1 [deg], counts as q1 if there is only one such column.
     bare = [split_unit(name)[0] for name in given]
-    count = Counter(bare)
     given = [
-        own if (own == "t" or NUMBERED.fullmatch(own)) and count[own] == 1 else name
+        own if (own == "t" or NUMBERED.fullmatch(own)) and bare.count(own) == 1 else name
         for name, own in zip(given, bare, strict=True)
     ]
     from_zero = [role for role in ROLES if f"{role}0" in given]

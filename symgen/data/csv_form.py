@@ -11,7 +11,7 @@ from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from symgen.data.raw import Reading, refuse
+from symgen.data.raw import Reading, refuse, shown
 from symgen.data.units import are_times, durations, is_unit, joined
 
 #: Options for a table without names of its columns.
@@ -285,7 +285,6 @@ def _require_numbers(
             try:
                 float(cell.translate(swapped) or "nan")
             except ValueError:
-                header = form.header[int(k)]
-                shown = name if header == name else f"{header} ({name})"
-                what = f"column {shown}, sample {sample}: {cell[:40]!r} is not a number"
+                column = shown(name, {name: form.header[int(k)]})
+                what = f"column {column}, sample {sample}: {cell[:40]!r} is not a number"
                 refuse(what, f"{_TIMES}, in {form.accepted}" if name == "t" else form.accepted)

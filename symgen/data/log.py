@@ -32,6 +32,7 @@ from symgen.data.raw import (
     columns_from,
     refuse,
     require_shapes,
+    shown,
 )
 from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
@@ -245,7 +246,11 @@ def _used(name: str, t: FloatArray, reading: Reading) -> tuple[slice, tuple[str,
 
 def rows(log: Rows, chosen: slice | Bools) -> Rows:
     """Return some rows of a log, or of another value with one row for each sample."""
-    arrays = {key: x[chosen] for key, x in vars(log).items() if isinstance(x, np.ndarray)}
+    return _with(log, {k: x[chosen] for k, x in vars(log).items() if isinstance(x, np.ndarray)})
+
+
+def _with(log: Rows, arrays: Mapping[str, npt.NDArray[Any]]) -> Rows:
+    """Return a log with other arrays, read-only."""
     for x in arrays.values():
         x.setflags(write=False)
     return replace(log, **arrays)
@@ -275,7 +280,7 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     if notes:
         t = read_only(t[span])
         arrays = {role: read_only(x[span]) for role, x in arrays.items()}
-    t, rounded = _clock(t, _shown("t", raw.names))
+    t, rounded = _clock(t, shown("t", raw.names))
     for role in arrays.keys() & set(BESIDE):
         column = _optional_column(role, arrays.pop(role))
         arrays |= {} if np.isnan(column).all() else {role: column}
@@ -300,10 +305,8 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     )  # fmt: skip
     log = of_movable_joints(log, wanted, part)
     log = log if wanted.drive is None else joint_side(log, wanted.drive)
-    turning = dict(enumerate(wanted.kept(q.shape[1])))
-    for j, kind in enumerate(wanted.sigma):
-        if kind == PRISMATIC:
-            del turning[j]
+    sliding = [j for j, kind in enumerate(wanted.sigma) if kind == PRISMATIC]
+    turning = {j: k for j, k in enumerate(wanted.kept(q.shape[1])) if j not in sliding}
     _require_radians(log, turning, "q" in roles_with_unit(wanted.reading), raw.names)
     return log
 
@@ -326,13 +329,13 @@ def of_movable_joints(log: Log, wanted: Wanted, part: bool = False) -> Log:
     if moving and not part:
         what = f"q{moving[0] + 1} moves, and joint {moving[0] + 1} is fixed in the robot file"
         refuse(what, "a log in which it stands still, or a robot in which it moves")
-    arrays: dict[str, Any] = {}
-    for key, x in vars(log).items():
-        if isinstance(x, np.ndarray) and key not in ("t", "imu"):
-            arrays[key] = x.take(kept, axis=1)
-            arrays[key].setflags(write=False)
+    arrays = {
+        key: x.take(kept, axis=1)
+        for key, x in vars(log).items()
+        if isinstance(x, np.ndarray) and key not in ("t", "imu")
+    }
     note = f"{log.name}: the columns of fixed joints are not used"
-    return replace(log, **arrays, notes=(*log.notes, note))
+    return _with(replace(log, notes=(*log.notes, note)), arrays)
 
 
 def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...]]:
@@ -375,12 +378,6 @@ def roles_with_unit(reading: Reading) -> set[str]:
     return every | {re.sub("[0-9]+", "", column) for column in reading.unit}
 
 
-def _shown(column: str, names: Mapping[str, str]) -> str:
-    """Return a column for a message, with its name in the file."""
-    name = names.get(column, column)
-    return column if name == column else f"{plain(name[:80])} ({column})"
-
-
 def _filled(
     role: str,
     x: FloatArray,
@@ -402,7 +399,7 @@ def _filled(
         lost = empty[:, j]
         known = ~lost & np.isfinite(x[:, j])
         if known.sum() < MIN_SAMPLES and not part:
-            what = f"column {_shown(f'{role}{j + 1}', names)}: {lost.sum()} of {len(t)} cells empty"
+            what = f"column {shown(f'{role}{j + 1}', names)}: {lost.sum()} of {len(t)} cells empty"
             refuse(what, f"at least {MIN_SAMPLES} numbers in a column")
         if known.sum() < 2:
             out[lost, j] = x[known, j][0] if known.any() else 0.0
@@ -440,11 +437,11 @@ def _require_finite(role: str, array: FloatArray, t: FloatArray, names: Mapping[
     if not np.isfinite(array).all():
         bad = np.argwhere(~np.isfinite(array))
         sample, j = (int(index) for index in bad[0])
-        column = _shown(role if role == "t" else f"{role}{j + 1}", names)
+        column = shown(role if role == "t" else f"{role}{j + 1}", names)
         when = f" (t = {t[sample]:.6g} s)" if role != "t" else ""
         value = array[sample, j]
-        shown = "nan, or an empty cell" if np.isnan(value) else f"{value}"
-        refuse(f"column {column}, sample {sample}{when}: {shown}", "finite numbers")
+        what = "nan, or an empty cell" if np.isnan(value) else f"{value}"
+        refuse(f"column {column}, sample {sample}{when}: {what}", "finite numbers")
 
 
 def _require_radians(
@@ -456,7 +453,7 @@ def _require_radians(
     for j, k in turning.items():
         span = float(np.ptp(q[:, j]))
         if span > _MAX_RANGE and not sure:
-            column = _shown(f"q{k + 1}", names)
+            column = shown(f"q{k + 1}", names)
             what = f"column {column} spans {span:.4g}, over {_MAX_RANGE:g} rad, as degrees would"
             one = f"q{k + 1}=deg" if qd is None else f"q{k + 1}=deg,qd{k + 1}=deg/s"
             refuse(what, f"{accepted}deg, or --unit {one}, or --unit rad if it turns so far")
@@ -469,14 +466,11 @@ def _require_radians(
     # At rest both are noise with an arbitrary ratio: require that they move together.
     in_step = np.mean(slope * speed, axis=0) >= 0.5 * sizes[0] * sizes[1]
     for j, k in turning.items():
-        if not in_step[j] or not sizes[0][j] or not sizes[1][j]:
-            continue
-        ratio = sizes[0][j] / sizes[1][j]
-        positions = ("q", "qd", "q=deg,qd=rad/s", ratio)
-        speeds = ("qd", "q", "q=rad,qd=deg/s", 1 / ratio)
-        for role, other, units, factor in (positions, speeds):
+        sides = ("q", "qd", "q=deg,qd=rad/s", *sizes), ("qd", "q", "q=rad,qd=deg/s", *sizes[::-1])
+        for role, other, units, large, small in sides if in_step[j] else ():
+            factor = large[j] / (small[j] or np.inf)
             if abs(factor / _DEGREES - 1.0) < 0.05:
-                degrees, rad = (_shown(f"{r}{k + 1}", names) for r in (role, other))
+                degrees, rad = (shown(f"{r}{k + 1}", names) for r in (role, other))
                 what = (
                     f"qd{k + 1} and the slope of q{k + 1} differ by {factor:.3g}: {degrees} "
                     f"looks like degrees and {rad} like radians"

@@ -334,6 +334,12 @@ def listed(names: Sequence[str]) -> str:
     return (", ".join(named[:12]) + (", .." if len(named) > 12 else "")) or "none"
 
 
+def shown(column: str, names: Mapping[str, str]) -> str:
+    """Return a column for a message, with its name in the file."""
+    name = names.get(column, column)
+    return column if name == column else f"{plain(name[:80])} ({column})"
+
+
 def refuse(what: str, accepted: str) -> NoReturn:
     """Refuse a log; `located` adds its name.
 

@@ -13,7 +13,7 @@ import struct
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -40,6 +40,7 @@ from symgen.data.raw import (
     refuse_currents,
     require_shapes,
     require_size,
+    shown,
 )
 from symgen.data.units import IN_SI, Units, paired, rest_of, units_of
 from symgen.data.urls import is_remote, open_remote
@@ -256,9 +257,9 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     table = read_csv(path, form, {stored[name]: name for name in _columns(groups)}, rest)
     changed = [] if (form.separator, form.decimal) == (",", ".") else [form.shown]
     lines = (f"{path.name}: {note}" for note in (*form.notes, *changed))
-    shown = {name: own + unit for name, own, unit in zip(names, header, form.units, strict=False)}
+    full = {name: own + unit for name, own, unit in zip(names, header, form.units, strict=False)}
     return ColumnTable(
-        np.array([table.num_rows]), groups, stored, shown,
+        np.array([table.num_rows]), groups, stored, full,
         (*lines, *notes), lambda columns, _: iter(table.select(columns).to_batches()),
     )  # fmt: skip
 
@@ -282,8 +283,7 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
         numeric = pa.types.is_integer(kind) or pa.types.is_floating(kind)
         stamps = pa.types.is_timestamp(kind) or pa.types.is_duration(kind)
         if not (numeric or (column == "t" and stamps)):
-            shown = column if stored[column] == column else f"{stored[column]} ({column})"
-            refuse(f"column {shown} holds {kind}", "floats or integers")
+            refuse(f"column {shown(column, stored)} holds {kind}", "floats or integers")
     if not is_remote(name):
         require_size(Path(name), 8 * about.num_rows * len(used))
     sizes = [about.row_group(k).num_rows for k in range(about.num_row_groups)]
@@ -306,9 +306,9 @@ def _elements(file: Any) -> dict[str, tuple[str, int | None]]:
     out: dict[str, tuple[str, int | None]] = {}
     for name in schema.names:
         cell = rows[name][0].as_py() if rows and name in lists else None
-        count = len(cell) if isinstance(cell, list) else 0
-        out |= {f"{name}[{k}]": (name, k) for k in range(count)}
-        if not count:
+        if cell and isinstance(cell, list):
+            out |= {f"{name}[{k}]": (name, k) for k in range(len(cell))}
+        else:
             out[name] = (name, None)
     return out
 
@@ -412,7 +412,6 @@ class Arrays:
     arrays: Mapping[str, Any]
     ignored: tuple[str, ...]
     units: Units = IN_SI
-    names: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def rows(self) -> int:

@@ -81,7 +81,7 @@ def worth_and_gain(
     return worth, float(gain)
 
 
-def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.intp]:
+def motion_folds(logs: Sequence[FilteredLog]) -> NDArray[np.intp]:
     """Return the fold of each kept sample of some logs, (K,); -1 where two folds meet.
 
     A fold consists of regions of state: positions and speeds of all joints. Each fold is therefore
@@ -94,17 +94,17 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
     state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), TINY) for x in (q, qd)])
     regions = min(_REGIONS, len(state))
     _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=_ROUNDS)
-    fold = _separate(logs, _filled(region, count))
+    fold = _separate(logs, _filled(region))
     if np.mean(fold < 0) > _LOST:
         spans = np.arange(len(state)) * regions // len(state)
-        fold = _separate(logs, spans % count)
+        fold = _separate(logs, spans % FOLDS)
     return fold
 
 
-def _filled(region: NDArray[np.int32], count: int) -> NDArray[np.intp]:
+def _filled(region: NDArray[np.int32]) -> NDArray[np.intp]:
     """Return folds of about equal size: each region, by size, goes to the smallest fold."""
     sizes = np.bincount(region)
-    filled, fold_of = np.zeros(count), np.zeros(len(sizes), dtype=int)
+    filled, fold_of = np.zeros(FOLDS), np.zeros(len(sizes), dtype=int)
     for r in np.argsort(-sizes, kind="stable"):
         fold_of[r] = int(np.argmin(filled))
         filled[fold_of[r]] += sizes[r]
