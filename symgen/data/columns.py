@@ -201,14 +201,12 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> Groups:
         count = names.count(name)
         if count > 1:
             refuse(f"the column {name} occurs {count} times", f"each column once, or {NO_HEADER}")
-    named = [name for name in names if name]
-    numbered = [match for name in named if (match := NUMBERED.fullmatch(name))]
+    numbered = [match for name in names if (match := NUMBERED.fullmatch(name))]
     numbers = {
         role: sorted(int(match[2]) for match in numbered if match[1] == role) for role in ROLES[1:]
     }
-    measured = numbers["tau"] or (numbers["i"] if wanted.currents else []) or numbers.get("qr")
-    time = "t" in named
-    for role, present in (("t", time), ("q1", numbers["q"]), ("tau1", measured)):
+    measured = numbers["tau"] or (numbers["i"] if wanted.currents else []) or numbers["qr"]
+    for role, present in (("t", "t" in names), ("q1", numbers["q"]), ("tau1", measured)):
         if role == "tau1" and not present and numbers["i"]:
             refuse_currents()
         if not present:
@@ -225,12 +223,11 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> Groups:
                 unsure = "" if stated else ", if it is a time; poses need the motion between them"
                 how = f'--columns "t={plain(others[0])}"{unsure}'
             refuse(f"there is no column {role} among {listed(stored)}", how)
-    imu = {k: name for k, name in enumerate(IMU) if name in named}
     if not wanted.currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
         del numbers["i"]
     groups = {"t": {0: "t"}}
-    if len(imu) == len(IMU):
-        groups["imu"] = imu
+    if {*IMU} <= {*names}:
+        groups["imu"] = dict(enumerate(IMU))
     for role, have in numbers.items():
         if role in BESIDE:  # only some joints may have it
             have = [number for number in have if 1 <= number <= len(numbers["q"])]

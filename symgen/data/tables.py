@@ -72,7 +72,8 @@ def open_table(
     Raises:
         LogError: it cannot be read, is not a log, or has an unknown unit.
     """
-    path, suffix = Path(name), name[name.rfind(".") :].lower()
+    path = Path(name)
+    suffix = path.suffix.lower()
     try:
         if suffix == ".parquet":
             with parquet_file(name) as file:
@@ -98,7 +99,7 @@ def _in_si(table: Table, wanted: Wanted, units: Units | None) -> Table:
 
 def names_of(name: str, reading: Reading) -> Sequence[str]:
     """Return the columns of a table, or the arrays of an NPZ; () if it cannot be read."""
-    suffix = name[name.rfind(".") :].lower()
+    suffix = Path(name).suffix.lower()
     with suppress(SymgenError, OSError, ValueError, zipfile.BadZipFile, csv.Error):
         if suffix == ".npz":
             return [key.removesuffix(".npy") for key in zipfile.ZipFile(name).namelist()]
@@ -544,7 +545,7 @@ def rows_of(name: str) -> int:
 
 def reads_rows(name: str) -> bool:
     """Return whether single rows of a file can be read: in Parquet and uncompressed NPZ."""
-    suffix = name[name.rfind(".") :].lower()
+    suffix = Path(name).suffix.lower()
     return suffix == ".parquet" or (suffix == ".npz" and rows_of(name) > 0)
 
 

@@ -171,7 +171,7 @@ def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
     if time is None:
         time = not TIMES.isdisjoint(word.lower() for word in re.findall("[A-Za-z]+", match[1]))
     known = _WRITTEN.get(_form_of(match[2]), ())
-    if not any((unit.quantity == "time") == time for unit in known):
+    if time not in [unit.quantity == "time" for unit in known]:
         return name, ""
     return match[1] + (match[3] or ""), match[2]
 
@@ -179,8 +179,9 @@ def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
 def unknown_unit(name: str) -> str:
     """Return text in brackets at the end of a column name that is neither a unit nor a number."""
     match = _BRACKETS.fullmatch(name)
-    odd = match is not None and match[1] and _form_of(match[2]) not in _WRITTEN
-    return match[2] if match and odd and not match[2].isdigit() else ""
+    if match is None or not match[1] or is_unit(match[2]) or match[2].isdigit():
+        return ""
+    return match[2]
 
 
 def _form_of(text: str) -> str:

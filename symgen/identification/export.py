@@ -102,7 +102,7 @@ class IdentifiedFile:
 def identified_file(
     path: str | Path,
     estimate: Estimate,
-    robot: Robot | None = None,
+    robot: Robot | None,
     X: FloatArray | None = None,
     folder: str | Path | None = None,
     higher: bool = False,

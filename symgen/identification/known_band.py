@@ -49,11 +49,11 @@ def open_in_band(
     evaluator: Evaluator,
     file: Any,
     sources: Sequence[Source],
-    reading: Reading | None = None,
+    reading: Reading | None,
     *,
-    band: Band | None = None,
-    shifts: Sequence[Fault] = (),
-    error: Callable[[FilteredLog], float] = lambda _: 0.0,
+    band: Band | None,
+    shifts: Sequence[Fault],
+    error: Callable[[FilteredLog], float],
     cutoff: float | None = None,
     progress: Say = silent,
 ) -> LogsInBand:
@@ -67,7 +67,7 @@ def open_in_band(
         band: filters of the run that estimated the parameters; by default, symgen chooses them.
         shifts: shifts of the torques in that run. A log is shifted only if this lowers its torque
             error, because another recorder may not be late.
-        error: the torque error of a log, see `error_of`; needed with `shifts`.
+        error: the torque error of a log, see `error_of`.
         cutoff: cutoff of the filter of positions and speeds, Hz; by default that of the band.
         progress: called with a text about the current step.
 

@@ -38,11 +38,6 @@ _NOISE = 1e-24
 Fitted = tuple[FloatArray, FloatArray]
 
 
-def _unchanged(X: FloatArray, _: FloatArray) -> FloatArray:
-    """Return X."""
-    return X
-
-
 @dataclass(frozen=True, eq=False)
 class WeakPrior:
     """A weak prior of base parameters, and the equations that it is for.
@@ -94,7 +89,7 @@ class WeakPrior:
     def held_out(
         self,
         blocks: tuple[Blocks, Blocks],
-        moved: Callable[[FloatArray, FloatArray], FloatArray] = _unchanged,
+        moved: Callable[[FloatArray, FloatArray], FloatArray] = lambda X, _: X,
     ) -> Residual:
         """Return the torque error on held-out folds, of fits to the other folds with the prior.
 

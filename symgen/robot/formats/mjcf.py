@@ -207,12 +207,10 @@ class MjcfTree:
         for k in range(first, first + count):
             anchor = np.array(m.jnt_pos[k])
             xyz = at + R @ anchor if k == first else anchor - previous
-            last = k == first + count - 1
-            link = name if last else f"{name}:{k}"
+            link = name if k == first + count - 1 else f"{name}:{k}"
             joint = self._joint(k, before, link, xyz, rpy)
             self._joints[joint.name] = joint
-            if not last:
-                self._links[link] = None
+            self._links[link] = None
             before, rpy, previous = link, ORIGIN, anchor
         if count == 0:
             joint = UrdfJoint(
