@@ -118,10 +118,10 @@ def read_bag(path: Path, wanted: Wanted) -> Raw:
     for role, field in fields.items():
         if field in content:
             pairs = zip(used, orders, strict=True)
-            arrays[role] = np.array([_row(m, field, order) for m, order in pairs])
+            values = np.array([_row(m, field, order) for m, order in pairs])
             # ros2_control writes NaN for quantities without a sensor.
-            if np.isnan(arrays[role]).all():
-                del arrays[role]
+            if not np.isnan(values).all():
+                arrays[role] = values
     again = np.append(False, np.diff(stamps) == 0)  # a repetition of the previous message
     for k in np.flatnonzero(again):
         if not all(np.array_equal(x[k], x[k - 1], equal_nan=True) for x in arrays.values()):

@@ -338,9 +338,8 @@ class MjcfTree:
             if any(own):
                 stretch = np.polynomial.Polynomial([offset - rest, factor])
                 torque = (factor * np.polynomial.Polynomial(own)(stretch)).coef
-                spring: FloatArray = np.zeros(len(own))
-                spring[: len(torque)] = torque
-                out[leader] = out.get(leader, 0.0) + spring
+                spring = out.setdefault(leader, np.zeros(len(own)))
+                spring[: len(torque)] += torque.astype(float)
         return out
 
     def effects(self) -> Iterator[tuple[str, str, list[float], dict[str, sp.Expr]]]:
@@ -384,16 +383,16 @@ class MjcfTree:
 
         m, out = self.model, dict[tuple[str, str], _Tendon]()
         for k in range(m.ntendon):
-            first, count = int(m.tendon_adr[k]), int(m.tendon_num[k])
-            fixed = all(m.wrap_type[first + i] == mujoco.mjtWrap.mjWRAP_JOINT for i in range(count))
+            path = m.tendon_adr[k] + np.arange(m.tendon_num[k])
+            fixed = (m.wrap_type[path] == mujoco.mjtWrap.mjWRAP_JOINT).all()
             springs = m.tendon_stiffness[k].any() or any(_row(m, "tendon_stiffnesspoly", k))
-            if not fixed or count != 2 or m.wrap_prm[first] != 1 or springs:
+            if not fixed or len(path) != 2 or m.wrap_prm[path[0]] != 1 or springs:
                 continue
-            one, two = (m.joint(int(m.wrap_objid[first + i])).name for i in range(2))
+            one, two = (m.joint(int(joint)).name for joint in m.wrap_objid[path])
             added = self._used * self._actuators(np.array([k]), (_TENDON,))[0]
             losses = added + self._used * _own_losses(m, "tendon", k)
             if one and two and not self.mimics.keys() & {one, two} and not losses[2:4].any():
-                about = k, m.tendon(k).name, float(m.wrap_prm[first + 1])
+                about = k, m.tendon(k).name, float(m.wrap_prm[path[1]])
                 out[one, two] = _Tendon(*about, *(Losses(*x.tolist()) for x in (losses, added)))
         return out
 
