@@ -68,11 +68,8 @@ def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
         suffixes = [str(joint.number)] + ["L"] * (robot.payload == joint.number)
         rows = [[values[f"{prefix}{suffix}"] for prefix in names.LINK] for suffix in suffixes]
         link = np.sum(rows, axis=0)
-        if not link.any():  # a frame
-            out.append(Body(joint.number, 0.0, np.zeros(3), np.zeros((3, 3))))
-            continue
-        mass, com, inertia = about_centre(link)
-        out.append(Body(joint.number, mass, com, inertia))
+        frame = 0.0, np.zeros(3), np.zeros((3, 3))
+        out.append(Body(joint.number, *(about_centre(link) if link.any() else frame)))
     return tuple(out)
 
 

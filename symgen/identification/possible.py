@@ -329,12 +329,9 @@ class Constraints:
 
 def _units(model: Model) -> FloatArray:
     """Return the unit of each standard parameter for a robot of 1 kg, (s,)."""
-    length = _length(model.robot)
-    out = []
-    for p in model.base.standard:
-        factor, power = _UNITS.get(p.unit, (1, 0))
-        out.append(factor * length**power)
-    return np.array(out)
+    units = [_UNITS.get(p.unit, (1, 0)) for p in model.base.standard]
+    factors, powers = np.transpose(units)
+    return np.asarray(factors * _length(model.robot) ** powers)
 
 
 def _length(robot: Robot) -> float:

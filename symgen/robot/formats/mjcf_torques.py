@@ -221,8 +221,7 @@ def _link_torques(
     ratio = _ratios(robot, robot.joints)
     gravity = np.zeros((4, 4))
     gravity[:3, 3] = [float(g) for g in robot.gravity]
-    V, A, W = (np.zeros((len(frames), 4, 4)) for _ in range(3))
-    twists = np.zeros((len(frames), 4, 4))
+    V, A, W, twists = np.zeros((4, len(frames), 4, 4))
     for joint, speed, rate in zip(robot.joints, ratio @ qd, ratio @ qdd, strict=True):
         j, i, T = joint.number, joint.antecedent, frames[joint.number]
         S = twists[j] = T @ _TWISTS[joint.sigma] @ np.linalg.inv(T)
