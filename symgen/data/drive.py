@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from symgen.robot.tables import Drive, Servo
 
 
-def joint_side(log: Log, drive: Drive) -> Log:
+def joint_side(log: Log, drive: Drive | None) -> Log:
     """Convert a recorded log to the joint side.
 
     q and qd are converted if `drive.position_side` is "motor", tau if `drive.torque_side` is.
@@ -34,12 +34,12 @@ def joint_side(log: Log, drive: Drive) -> Log:
 
     Args:
         log: the recorded log.
-        drive: gears and motors of the robot.
+        drive: gears and motors of the robot; None if both sides are the same.
 
     Raises:
         LogError: the number of joints differs, or there are currents without torque constants.
     """
-    if log.mapped:
+    if drive is None or log.mapped:
         return log
     n = len(drive.ratio)
     if log.q.shape[1] != n:

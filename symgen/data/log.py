@@ -304,7 +304,7 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
         converted=(*raw.converted, *rounded), imu=arrays.get("imu"),
     )  # fmt: skip
     log = of_movable_joints(log, wanted, part)
-    log = log if wanted.drive is None else joint_side(log, wanted.drive)
+    log = joint_side(log, wanted.drive)
     sliding = [j for j, kind in enumerate(wanted.sigma) if kind == PRISMATIC]
     turning = {j: k for j, k in enumerate(wanted.kept(q.shape[1])) if j not in sliding}
     _require_radians(log, turning, "q" in roles_with_unit(wanted.reading), raw.names)

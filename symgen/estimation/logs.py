@@ -65,12 +65,10 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         LogError: the log cannot be read, or has another number of joints or impossible torques.
     """
     reading = reading or Reading()
-    wanted = wanted_by(robot, reading)
     if isinstance(source, Log):
         with located(source.name):
-            log = of_movable_joints(source, wanted)
-            log = log if robot.drive is None else joint_side(log, robot.drive)
-            log = cut(log, reading.start, reading.until)
+            log = of_movable_joints(source, wanted_by(robot, reading))
+            log = cut(joint_side(log, robot.drive), reading.start, reading.until)
     else:
         with located(source):
             reading = reading_of(str(source), reading, robot.log)

@@ -134,7 +134,7 @@ def opened(source: Log | str | Path, robot: Robot) -> Log | str | Path:
     The [drive] of the robot maps a log to the joint side. A CSV is already on it.
     """
     if isinstance(source, Log):
-        return source if robot.drive is None else joint_side(source, robot.drive)
+        return joint_side(source, robot.drive)
     if Path(source).suffix.lower() not in (".npz", ".parquet"):
         return source
     return read_log(source, drive=robot.drive)

@@ -103,8 +103,8 @@ def _unread(model: Any, tendons: Sequence[int]) -> Iterator[str]:
 def _states(robot: Robot) -> FloatArray:
     """Return positions within the limits, speeds and accelerations, (3, K, n)."""
     draw = np.random.default_rng(_SEED)
-    limits = None if robot.limits is None else robot.limits.position
-    low, high = np.transpose(limits or [(-_RANGE, _RANGE)] * robot.n)
+    ranges = (robot.limits and robot.limits.position) or [(-_RANGE, _RANGE)] * robot.n
+    low, high = np.transpose(ranges)
     shares, *motion = draw.random((3, _STATES, robot.n))
     qd, qdd = (_FASTEST * (2 * x - 1) for x in motion)
     return np.array([low + (high - low) * shares, qd, qdd])
