@@ -1,8 +1,8 @@
 """Comparison of the torques of an imported robot with those of MuJoCo.
 
 The torques of the robot come from virtual power in floats, which shares nothing with the derivation
-of the model. What the file has and the robot has not is named, with its share
-of the torque. Any other difference is an error.
+of the model. What the file has and the robot has not is named, with its share of the torque. Any
+other difference is an error.
 """
 
 from __future__ import annotations
@@ -75,10 +75,8 @@ def difference(found: Imported, model: Any) -> FloatArray:
     """Return the largest difference of the torques of each joint (n,), over the largest torque."""
     robot = found.robot.with_values()
     states = _states(robot)
-    ours, theirs = (
-        torques(robot, dict(found.parameters), *states),
-        _mujoco_torques(robot, model, *states),
-    )
+    ours = torques(robot, dict(found.parameters), *states)
+    theirs = _mujoco_torques(robot, model, *states)
     size = float(np.abs(theirs).max()) or 1.0
     return np.asarray(np.abs(ours - theirs).max(axis=0) / size)
 
@@ -182,9 +180,13 @@ def torques(
     Returns:
         (K, n) torques in N m, forces in N.
     """
-    states = zip(q, qd, qdd, strict=True)
-    of_joints = np.array([_link_torques(robot, values, *state) for state in states])
-    tau = of_joints @ _ratios(robot, robot.joints)
+    ratio = _ratios(robot, robot.joints)
+    bodies = [
+        pseudo_inertia([values[f"{key}{joint.number}"] for key in names.LINK])
+        for joint in robot.joints
+    ]
+    joints = zip(q, qd @ ratio.T, qdd @ ratio.T, strict=True)
+    tau = np.array([_link_torques(robot, bodies, *state) for state in joints]) @ ratio
     for k, joint in enumerate(robot.movable):
         keys = names.ROTOR, "FV", "OF"
         rotor, viscous, offset = (values.get(f"{key}{joint.number}", 0.0) for key in keys)
@@ -206,7 +208,11 @@ def torques(
 
 
 def _link_torques(
-    robot: Robot, values: Mapping[str, float], q: FloatArray, qd: FloatArray, qdd: FloatArray
+    robot: Robot,
+    bodies: Sequence[FloatArray],
+    q: FloatArray,
+    speeds: FloatArray,
+    rates: FloatArray,
 ) -> FloatArray:
     """Return the torque of the links about each joint of the file in one state, (J,).
 
@@ -216,18 +222,22 @@ def _link_torques(
     that it carries:
 
         tau = sum over links of trace(S' W),    W = (A + V V - G) P
+
+    Args:
+        robot: the robot, without named lengths.
+        bodies: pseudo-inertia (4, 4) of the link of each joint, in the frame of the joint.
+        q: positions of the movable joints, (n,).
+        speeds, rates: speed and acceleration of each joint of the file, (J,).
     """
     frames = dh.frames(robot, dict(zip(robot.numbers, q.tolist(), strict=True)))
-    ratio = _ratios(robot, robot.joints)
     gravity = np.zeros((4, 4))
     gravity[:3, 3] = [float(g) for g in robot.gravity]
     V, A, W, twists = np.zeros((4, len(frames), 4, 4))
-    for joint, speed, rate in zip(robot.joints, ratio @ qd, ratio @ qdd, strict=True):
+    for joint, P, speed, rate in zip(robot.joints, bodies, speeds, rates, strict=True):
         j, i, T = joint.number, joint.antecedent, frames[joint.number]
         S = twists[j] = T @ _TWISTS[joint.sigma] @ np.linalg.inv(T)
         V[j] = V[i] + S * speed
         A[j] = A[i] + S * rate + (V[i] @ S - S @ V[i]) * speed
-        P = pseudo_inertia([values[f"{key}{j}"] for key in names.LINK])
         W[j] = (A[j] + V[j] @ V[j] - gravity) @ (T @ P @ T.T)
     for joint in reversed(robot.joints):
         W[joint.antecedent] += W[joint.number]
