@@ -13,7 +13,7 @@ import numpy as np
 from symgen.data.raw import FloatArray
 from symgen.errors import RobotError, first_of, located, message_of
 from symgen.names import ROTOR
-from symgen.robot.formats.mjcf_torques import difference
+from symgen.robot.formats.mjcf_torques import difference, quiet
 from symgen.robot.toml_io import read_imported
 from symgen.runtime.simulate import Law
 
@@ -84,6 +84,12 @@ class MujocoRobot:
 
         A torque is constant over a step.
         """
+        with quiet():
+            return self._moved(q, qd, law, t, bounds)
+
+    def _moved(
+        self, q: FloatArray, qd: FloatArray, law: Law, t: FloatArray, bounds: FloatArray
+    ) -> FloatArray:
         m, d = self.model, self.data
         self._mujoco.mj_resetData(m, d)
         d.qpos[self._q], d.qvel[self._v] = q, qd
@@ -108,17 +114,17 @@ class MujocoRobot:
 
 def _compiled(mujoco: Any, path: Path) -> Any:
     """Return the model of a file; without its meshes if they are missing."""
-    mujoco.set_mju_user_warning(lambda _: None)  # MuJoCo would print, and write MUJOCO_LOG.TXT
     try:
-        try:
-            return mujoco.MjModel.from_xml_path(str(path))
-        except ValueError:
-            spec = mujoco.MjSpec.from_file(str(path))
-            for geom in list(spec.geoms):
-                spec.delete(geom)
-            for mesh in list(spec.meshes):
-                spec.delete(mesh)
-            return spec.compile()
+        with quiet():
+            try:
+                return mujoco.MjModel.from_xml_path(str(path))
+            except ValueError:
+                spec = mujoco.MjSpec.from_file(str(path))
+                for geom in list(spec.geoms):
+                    spec.delete(geom)
+                for mesh in list(spec.meshes):
+                    spec.delete(mesh)
+                return spec.compile()
     except (ValueError, OSError) as error:
         raise RobotError(
             f"MuJoCo refuses it: {message_of(error)}; accepted: URDF or MJCF"

@@ -456,6 +456,28 @@ def test_a_urdf_in_mujoco_lacks_its_rotor_inertia(tmp_path, command, rotor: floa
     assert ("note: MuJoCo ignores the rotor inertia of turn.urdf" in out) == (rotor > 0)
 
 
+def test_a_urdf_that_runs_away_in_mujoco_leaves_no_log_of_warnings(
+    tmp_path, command, monkeypatch
+) -> None:
+    """By itself MuJoCo prints that the simulation is unstable, and writes MUJOCO_LOG.TXT."""
+    t = np.arange(0, 2, 4e-3)
+    rows = [t, 0.3 * np.sin(4 * t), 1.2 * np.cos(4 * t), -2.4 * np.sin(4 * t)]
+    log, path = tmp_path / "log.csv", tmp_path / "turn.urdf"
+    np.savetxt(log, np.column_stack(rows), delimiter=",", comments="", header="t,q1,qd1,tau1")
+    path.write_text("""<robot name="turn">
+  <link name="base"/><link name="table"><inertial><mass value="1e-14"/>
+    <inertia ixx="1e-14" iyy="1e-14" izz="1e-14" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="table"/>
+    <axis xyz="0 0 1"/></joint>
+</robot>""")
+    monkeypatch.chdir(tmp_path)
+    code, _, err = command("compare-sim", path, log, "--into", tmp_path / "out")
+    assert code == 0, err
+    found = json.loads((tmp_path / "out" / "simulation.json").read_text())
+    assert found["files"][0]["diverged"] == found["windows"]
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
 @pytest.mark.parametrize("case", ["right", "older", "geometry"])
 def test_a_urdf_has_its_own_inertias_in_mujoco(tmp_path, command, monkeypatch, case: str) -> None:
     """MuJoCo before 4.0 loses the orientation of an inertial frame."""
