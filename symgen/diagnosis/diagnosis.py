@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band
@@ -139,17 +138,20 @@ class Rejected:
 class Curves:
     """Torques (K, n) and motion (K, n) of one validation log, in the comparison band.
 
-    If `free` (K, n) is not None, torques count only where it is true. The user masked the others.
+    `residuals` are measured minus modelled torque before and after, NaN at samples that do not
+    count: the user masked them or, after, they are a part of a contact. Before, the measured torque
+    is that of the log as read; `measured` is without the adopted faults of the recorder.
     """
 
     name: str
     t: FloatArray
     q: FloatArray
     qd: FloatArray
+    qdd: FloatArray
     measured: FloatArray
     before: FloatArray
     after: FloatArray
-    free: NDArray[np.bool_] | None = None
+    residuals: tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

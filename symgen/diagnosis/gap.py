@@ -53,18 +53,19 @@ def measure_gap(result: SearchResult, model: Extended) -> Measured:
     declared, problem = result.declared, result.problem
     was = now = TorqueFit.none(problem.robot)
     curves = []
-    first = partial(torque_at, declared.evaluator, declared.estimate)
-    modelled = [log.unmasked.modelled(first) for log in declared.held]
+    model_before = partial(torque_at, declared.evaluator, declared.estimate)
+    modelled = [log.unmasked.modelled(model_before) for log in declared.held]
     corrected = _torques(model, problem.held) if result.items else modelled
     logs = zip(declared.held, problem.held, modelled, corrected, strict=True)
     for recorded, log, before, after in logs:
-        measured = recorded.unmasked.measured
-        free, wanted = log.clear[log.kept], log.unmasked.measured
-        was += squares(recorded.clear[recorded.kept], measured, before, recorded.resting)
+        measured, wanted = recorded.unmasked.measured, log.unmasked.measured
+        counted, free = recorded.clear[recorded.kept], log.clear[log.kept]
+        was += squares(counted, measured, before, recorded.resting)
         now += squares(free, wanted, after, log.resting)
-        motion = log.t[log.kept], log.q[log.kept], log.qd[log.kept]
-        mask = None if log.mask is None else free
-        curves.append(Curves(log.name, *motion, wanted, before, after, mask))
+        motion = log.t[log.kept], log.q[log.kept], log.qd[log.kept], log.qdd[log.kept]
+        first = np.where(counted, measured - before, np.nan)
+        residuals = first, np.where(free, wanted - after, np.nan)
+        curves.append(Curves(log.name, *motion, wanted, before, after, residuals))
     noise = noise_fit(model.evaluator, problem.held, model.of_robot).residual
     moving = _gaps(was.in_motion.residual, now.in_motion.residual, noise)
     return Measured(_gaps(was.residual, now.residual, noise), moving, tuple(curves))
@@ -103,8 +104,8 @@ def places(
 ) -> tuple[Place, ...]:
     """Return the joints whose gap before is above the noise floor, the largest share first.
 
-    The pattern of a joint is that of its first adopted effect. A joint without an effect has the
-    pattern of its most probable rejected candidate.
+    The pattern of a joint is that of the adopted effect that closes most of its gap. A joint
+    without an effect has the pattern of its most probable rejected candidate.
 
     Args:
         result: the adopted hypotheses and the rejected candidates.
@@ -124,7 +125,8 @@ def places(
         named = [e for e in effects if number in e.joints or not e.joints]
         rows = [s.definition for s in result.rejected if j in s.joints and s.odds > 0]
         if named:
-            rows = [d for d in definitions().values() if d.name == named[0].name]
+            main = max(named, key=lambda e: np.nan_to_num(e.gap_reduction))
+            rows = [d for d in definitions().values() if d.name == main.name]
         pattern = rows[0].pattern if rows else ANY
         spans = [c.span for c in result.contacts if j in c.joints]
         window = (spans[0].start, spans[0].end) if spans else None

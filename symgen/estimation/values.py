@@ -69,6 +69,11 @@ class Trace:
     predicted: Curve
     raw: Annotated[FloatArray | None, BESIDE] = None
 
+    @property
+    def residual(self) -> FloatArray:
+        """Measured minus predicted, (K, m)."""
+        return np.subtract(self.measured, self.predicted)
+
 
 @dataclass(frozen=True)
 class Endogeneity:

@@ -309,6 +309,7 @@ def excite(
         approach=float(math.ceil(_APPROACH * way.max())),
         joints=joints_of(source),
         bounds=allowed,
+        source=source,
     )
 
 

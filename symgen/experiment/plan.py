@@ -49,6 +49,7 @@ class Plan(Viewable):
         approach: time to reach the start from anywhere, at a tenth of the allowed speeds, s.
         joints: number, unit of the torque and name of each movable joint.
         bounds: the limits of the motion.
+        source: the robot, for its drawing.
     """
 
     robot: str
@@ -69,6 +70,7 @@ class Plan(Viewable):
     approach: float = 10.0
     joints: tuple[JointLabel, ...] = ()
     bounds: Bounds | None = None
+    source: Robot | None = None
 
     def __repr__(self) -> str:
         """Return the robot, the runs, and the expected standard deviation."""

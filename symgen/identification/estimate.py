@@ -62,6 +62,11 @@ class JointLabel:
         """Name of the joint in results."""
         return joint_label(self.number, self.name or "")
 
+    @property
+    def torque(self) -> str:
+        """Label of its torque in figures, with the unit."""
+        return f"{self.label}, {self.unit}"
+
 
 def joints_of(robot: Robot) -> tuple[JointLabel, ...]:
     """Return the movable joints of a robot."""

@@ -98,6 +98,41 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
     assert code == 0, err
 
 
+def test_the_first_plot_shows_the_hidden_spring_and_that_it_is_gone(logs, tmp_path):
+    known, names = tmp_path / "known.toml", ("ZZ1R", "ZZ2", "MX2", "MY2")
+    lines = (f"{name} = {value}\n" for name, value in zip(names, X, strict=True))
+    known.write_text("[parameters]\n" + "".join(lines))
+    found = symgen.diagnose(
+        *("planar2r", logs[0]), validation=logs[1], parameters=known, effects=["gravity_spring"]
+    )
+    (panel,) = found.plot().panels
+    assert (panel.title, panel.xlabel) == ("joint 2, N m", "position, rad")
+    recorded = np.load(logs[1])
+    noise = 0.01 * recorded["tau"][:, 1].std()
+    q, before = panel.series["residual before"]
+    assert np.ptp(q) > 0.9 * np.ptp(recorded["q"][:, 1])
+    np.testing.assert_allclose(before, SPRING * (q - 0.2), atol=5 * noise)
+    np.testing.assert_allclose(panel.series["residual after"][1], 0, atol=5 * noise)
+
+
+def test_the_residual_before_is_that_of_the_log_as_recorded(tmp_path):
+    paths = [write_log(tmp_path / f"{seed}.npz", seed, spring=0.0) for seed in (1, 2)]
+    for path in paths:  # torques that come 30 ms late
+        log = dict(np.load(path))
+        late = np.clip(log["t"] - 0.03, log["t"][0], None)
+        columns = [np.interp(late, log["t"], column) for column in log["tau"].T]
+        np.savez(path, **{**log, "tau": np.stack(columns, axis=1)})
+    found = symgen.diagnose("planar2r", paths[0], validation=paths[1], effects=["time_delay"])
+    assert [e.name for e in found.effects if e.adopted] == ["time_delay"]
+    (c,) = found.curves
+    for gap, residual, modelled in zip(
+        (found.before, found.after), c.residuals, (c.before, c.after), strict=True
+    ):
+        measured = residual + modelled
+        ratios = np.linalg.norm(residual, axis=0) / np.linalg.norm(measured, axis=0)
+        np.testing.assert_allclose(ratios, gap.per_joint, rtol=1e-9)
+
+
 def test_effects_limit_the_search_and_what_they_cannot_say_is_unexplained(run, logs, tmp_path):
     code, out, _ = run(
         *("diagnose", "planar2r", logs[0], "--validation", logs[1]),

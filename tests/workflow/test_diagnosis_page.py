@@ -44,7 +44,10 @@ def synthetic(name: str = "test.csv", robot: str = "planar2r") -> Diagnosis:
         qd = np.gradient(q, t, axis=0)
         before = 4 * q + qd
         after = before + np.stack([0 * t, 0.8 * q[:, 1]], axis=1)
-        curves.append(Curves(log, t, q, qd, after + 0.02 * rng.normal(size=q.shape), before, after))
+        measured = after + 0.02 * rng.normal(size=q.shape)
+        residuals = measured - before, measured - after
+        qdd = np.gradient(qd, t, axis=0)
+        curves.append(Curves(log, t, q, qd, qdd, measured, before, after, residuals))
     spring = FoundEffect(
         "gravity_spring",
         (2,),
@@ -189,7 +192,51 @@ def test_only_adopted_effects_are_missing_from_the_robot_file() -> None:
     assert "cannot contain" not in Page(diagnosis_page(suspected)).text
 
 
-def test_the_first_plot_has_the_model_before_and_after_and_the_page_the_command() -> None:
+def test_the_first_plot_is_the_residual_before_and_after_over_what_it_depends_on(html: str) -> None:
+    assert re.findall(r"<h2>(.*?)</h2>", html)[:2] == ["Residual over what it depends on", "Torque"]
+    assert Page(html).figures[0] == 2 * ["joint 2, N m"]  # two logs; 97 % of the gap is there
+    first = html.split('class="curves"')[1]
+    for words in ("residual before</span>", "residual after</span>", ">position, rad</p>"):
+        assert words in first, words
+
+
+#: Where the gap is, and what the first plot shows of it: joints, abscissae, arrays of the curves.
+OVER = {
+    "velocity": ("speed, rad/s", lambda c: c.qd[:, 1]),
+    "reversal": ("position, rad", lambda c: c.q[:, 1]),
+    "acceleration": ("acceleration, rad/s2", lambda c: c.qdd[:, 1]),
+    "load": ("modelled torque, N m", lambda c: c.before[:, 1]),
+    "other-joint": ("speed of joint 1, rad/s", lambda c: c.qd[:, 0]),
+    "time": ("time, s", lambda c: c.t),
+}
+
+
+@pytest.mark.parametrize("pattern", OVER)
+def test_the_abscissa_of_the_first_plot_is_that_of_the_pattern(pattern: str) -> None:
+    found = synthetic()
+    coupled = replace(found.effects[0], name="coupled_transmission", joints=(1, 2))
+    found = replace(found, where=(Place(2, 1.0, pattern),), effects=(coupled,))
+    figure, (label, x) = found.plot(), OVER[pattern]
+    for panel, c in zip(figure.panels, found.curves, strict=True):
+        assert panel.xlabel == label
+        for name, residual in zip(("before", "after"), c.residuals, strict=True):
+            drawn = panel.series[f"residual {name}"].T
+            every = np.column_stack([x(c), residual[:, 1]])
+            assert {*map(tuple, drawn.tolist())} <= {*map(tuple, every.tolist())}
+            assert len(drawn) == 500
+
+
+def test_the_first_plot_has_as_many_joints_as_most_of_the_gap_needs() -> None:
+    found = replace(synthetic(), where=(Place(2, 0.6, "all"), Place(1, 0.4, "velocity")))
+    labels = [(panel.title, panel.xlabel) for panel in found.plot().panels[:3]]
+    assert labels == [
+        ("joint 2, N m", "speed, rad/s"),
+        ("joint 2, N m", "position, rad"),
+        ("joint 1, N m", "speed, rad/s"),
+    ]
+
+
+def test_the_torques_have_the_model_before_and_after_and_the_page_the_command() -> None:
     figure = diagnosis_plots.torques(synthetic())
     assert figure is not None
     assert [*figure.looks] == ["measured", "before", "after"]
@@ -198,12 +245,18 @@ def test_the_first_plot_has_the_model_before_and_after_and_the_page_the_command(
     assert "LOG" not in Page(diagnosis_page(synthetic())).text
 
 
-def test_portrait_of_a_found_effect_lies_on_the_residual() -> None:
-    figure = diagnosis_plots.portraits(synthetic())
-    assert figure is not None
-    # joint 2 against its position: the spring of the synthetic log, 0.8 q
-    drawn = [panel.series["found effects"] for panel in figure.panels]
-    assert any(np.allclose(y, 0.8 * x, atol=1e-5) for x, y in drawn)
+def test_the_residual_falls_by_the_effect_that_was_added() -> None:
+    panels = synthetic().plot("Residual of every joint").panels[:6]
+    assert [p.xlabel for p in panels] == 2 * ["time, s", "speed, rad/s", "position, rad"]
+    # joint 2 over its position: the spring of the synthetic log, 0.8 q
+    q, before = panels[-1].series["residual before"]
+    np.testing.assert_allclose(before - panels[-1].series["residual after"][1], 0.8 * q, atol=1e-9)
+
+
+def test_without_an_adopted_effect_there_is_nothing_after() -> None:
+    found = synthetic()
+    suspected = replace(found, effects=tuple(replace(e, adopted=False) for e in found.effects))
+    assert [*suspected.plot().looks] == ["residual before"]
 
 
 def test_hostile_names_add_no_element() -> None:

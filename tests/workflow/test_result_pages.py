@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -115,6 +116,10 @@ def test_a_payload_says_the_load_and_the_torque_with_and_without_it(tmp_path) ->
     rms = np.sqrt(np.mean(measured[:, 3] ** 2))
     shown = f"elbow_joint (4){0.2 * rms:#.3g} N m, 20.0 %{0.01 * rms:#.3g} N m, 1.00 %"
     assert shown in text
+    assert Page(result_page(load())).figures == [[f"{j.label}, N m" for j in JOINTS] * 2]
+    for panel, torque in zip(load().plot().panels, [*measured.T] * 2, strict=True):
+        np.testing.assert_allclose(panel.series["without the load"], 0.2 * torque, atol=1e-9)
+        np.testing.assert_allclose(panel.series["with the load"], 0.01 * torque, atol=1e-9)
     # The folder holds what the page is drawn from.
     symgen.write(load(), tmp_path / "load")
     again = read_payload(tmp_path / "load")
@@ -125,16 +130,41 @@ def test_a_payload_says_the_load_and_the_torque_with_and_without_it(tmp_path) ->
 def test_a_motion_is_drawn_within_its_limits(plan) -> None:
     page = Page(result_page(plan))
     assert f"{plan.condition:#.3g}" in page.text
-    titles = [f"{name}, % of the limit" for name in ("position", "velocity", "acceleration")]
-    assert page.figures == [titles * len(plan.runs)]
+    titles = [f"{name}, % of its limits" for name in ("shoulder (1)", "elbow (2)")]
+    assert page.figures == [titles * len(plan.runs)]  # a plot for each joint
     drawn = [panel.series for panel in plan.plot().panels]
+    for series in drawn:
+        assert (series["upper limit"] == 100).all()
+        assert (series["lower limit"] == -100).all()
+    # the elbow has 0 to 1 rad and 3 rad/s
+    t, run = plan.plot().panels[1].x, plan.runs[0]
+    np.testing.assert_allclose(drawn[1]["position"], 200 * (run.at(t)[:, 1] - 0.5), atol=1e-9)
+    np.testing.assert_allclose(drawn[1]["velocity"], run.at(t, 1)[:, 1] / 0.03, atol=1e-9)
     tops = [np.abs(series[name]).max() for series in drawn for name in
-            ("shoulder (1)", "elbow (2)")]  # fmt: skip
+            ("position", "velocity", "acceleration")]  # fmt: skip
     # Each limit is kept; the largest share is the one of the table, between two samples at most.
     assert max(tops) <= 100.0
     assert max(tops) == pytest.approx(100 * max(u.share for u in plan.uses), rel=0.02)
     for use in plan.uses:
         assert f"{100 * use.share:#.3g}".removesuffix(".") + " %" in page.text
+
+
+def test_the_arm_is_drawn_at_five_moments_of_the_motion(plan) -> None:
+    html = result_page(plan)
+    assert html.count('<svg class="robot') == 1
+    poses = html.split('<svg class="robot')[1].split("</svg>")[0].split("<g>")[1:]
+    assert "The arm at 0.5, 1.5, 2.5, 3.5, 4.5 s of the first run" in html
+    q = plan.runs[0].at(np.array([0.5, 1.5, 2.5, 3.5, 4.5]))[:, 0]
+    circles = [re.findall(r'<circle cx="(\S+)" cy="(\S+)"', pose) for pose in poses]
+    places = np.array(circles, dtype=float)  # moment, joint, coordinate
+    assert places.shape == (5, 2, 2)
+    assert np.ptp(places[:, 0], axis=0).tolist() == [0, 0]  # the shoulder stays
+    # A parallel projection of the elbow, which is on a circle around the shoulder; 0.1 px.
+    circle = np.stack([np.cos(q), np.sin(q)], axis=1)
+    arms = places[:, 1] - places[:, 0]
+    projection = np.linalg.lstsq(circle, arms, rcond=None)[0]
+    np.testing.assert_allclose(circle @ projection, arms, atol=0.1)
+    assert np.ptp(arms, axis=0).max() > 10
 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")

@@ -39,8 +39,10 @@ _EFFECTS = (
     "An effect is a torque on the joint. symgen fits its values together with all other "
     "parameters. Constants without std come from a search."
 )
-_OVER = ", over speed and position. The torque of the named effects is drawn over it."
-_AGAINST = ", over speed and position. A pattern is a torque that no effect explains."
+_DEPENDS = (
+    "Measured minus modelled torque at the joints with most of the torque error, {}. Each dot is a "
+    "sample that the search never saw. A pattern is a torque that the model lacks."
+)
 _MENDED = (
     "A channel of each repair around its largest change, the largest one first: as recorded, then "
     "as repaired, each at its own scale. Masked samples are missing from the line."
@@ -78,6 +80,11 @@ def _sections(d: Diagnosis) -> list[Section]:
     models = "before and after the effects were added" if changed else "as it is"
     front = (
         Section(
+            "Residual over what it depends on",
+            (_DEPENDS.format(models),),
+            figure=partial(diagnosis_plots.dependences, d),
+        ),
+        Section(
             "Torque",
             (f"Measured, and by the model {models}, in the motion's band.",),
             figure=partial(diagnosis_plots.torques, d),
@@ -87,18 +94,15 @@ def _sections(d: Diagnosis) -> list[Section]:
         _advice_section(d, {*(tie(e, d.extended) for e in tied)}),
     )
     details = (
-        Section("Residual", (_RESIDUAL,), figure=partial(diagnosis_plots.residuals, d)),
+        Section(
+            "Residual of every joint", (_RESIDUAL,), figure=partial(diagnosis_plots.residuals, d)
+        ),
         repairs_section(d.repairs),
         Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.repaired, d)),
         Section(
             "Effects that these logs cannot distinguish",
             ("Other effects would explain the same torque as well.",),
             Table(("effect", "or", "motion that would distinguish them"), alikes),
-        ),
-        Section(
-            "Residual against speed and position",
-            (f"Measured minus modelled torque before{_OVER if d.effects else _AGAINST}",),
-            figure=partial(diagnosis_plots.portraits, d),
         ),
         Section(
             "Rejected",

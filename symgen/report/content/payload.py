@@ -19,7 +19,7 @@ from symgen.report.content.parts import (
     run_lines,
     value_with_std,
 )
-from symgen.report.plots.figure import Figure, Panel
+from symgen.report.plots.figure import Figure, joint_panels
 
 _LOAD = (
     "cx, cy and cz are in the frame of {}. The inertia is about the centre of mass, in the axes of "
@@ -29,7 +29,10 @@ _ERROR = (
     "The error is the RMS of measured minus modelled torque of joints in motion, on the logs with "
     "the load. The percentage is its ratio to the RMS of the measured torque."
 )
-_TORQUES = "Torque of the logs with the load, and of the model with and without it."
+_RESIDUAL = (
+    "Measured minus modelled torque of the logs with the load. Without the load in the model, the "
+    "residual contains the torque of the load."
+)
 
 
 def payload_content(payload: Payload) -> Content:
@@ -41,7 +44,9 @@ def payload_content(payload: Payload) -> Content:
     table = Table(("", "value", "std", "unit"), rows)
     origin, text = _LOAD.format(payload.frame_label), f"Method: {payload.method}."
     sections = (
-        Section("Torque with and without the load", (_TORQUES,), figure=partial(_torques, payload)),
+        Section(
+            "Residual with and without the load", (_RESIDUAL,), figure=partial(_residuals, payload)
+        ),
         Section("Load", (origin, text), table, printed=(origin,)),
         Section("Torque error by joint", (_ERROR,), _errors(payload), printed=()),
         repairs_section(payload.repairs),
@@ -75,21 +80,10 @@ def _errors(payload: Payload) -> Table:
     return Table(("joint", "error without the load", "error with it"), rows)
 
 
-def _torques(payload: Payload) -> Figure | None:
-    panels = []
-    pairs = {
-        t.log: (t, w)
-        for t in payload.traces
-        for w in payload.traces
-        if (t.quantity, w.quantity, t.log) == (WITHOUT, WITH, w.log)
-    }
-    for log, (without, loaded) in pairs.items():
-        for j, joint in enumerate(payload.joints):
-            series = {
-                "measured": loaded.measured[:, j],
-                "without the load": without.predicted[:, j],
-                "with the load": loaded.predicted[:, j],
-            }
-            title = f"{joint.label}, {joint.unit}"
-            panels.append(Panel(title, loaded.t, series, (log, "with the load")))
+def _residuals(payload: Payload) -> Figure | None:
+    panels, titles = [], [joint.torque for joint in payload.joints]
+    bare = {t.log: t.residual for t in payload.traces if t.quantity == WITHOUT}
+    for t in (t for t in payload.traces if t.quantity == WITH):
+        series = {"without the load": bare[t.log], "with the load": t.residual}
+        panels += joint_panels(titles, t.t, series, (t.log, "with the load"))
     return Figure(tuple(panels)) if panels else None

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from symgen.data.raw import FloatArray
 from symgen.experiment.bounds import BINDING, KEYS
 from symgen.experiment.plan import Plan
 from symgen.report.content.parts import (
@@ -17,9 +18,11 @@ from symgen.report.content.parts import (
     notes_section,
     number,
 )
-from symgen.report.plots.figure import Figure, Panel
+from symgen.report.plots.figure import Figure, joint_panels
+from symgen.report.plots.robot import drawing
 
 _LARGEST = 10
+_LIMITS = {"upper limit": 100.0, "lower limit": -100.0}
 _USES = (
     "Largest use of each limit over all runs, checked every millisecond. A limit that is used to "
     f"{100 * BINDING:g} % or more restricts the search: a wider one gives a better motion."
@@ -35,10 +38,13 @@ _DEVIATIONS = (
     f"geometric mean of all percentages. The table lists the {_LARGEST} largest."
 )
 _MOTION = (
-    "Position, speed and acceleration of each joint as a share of its limits: 100 % is the upper "
-    "limit, -100 % the lower one. A quantity without limits is drawn in its own unit."
+    "Position, velocity and acceleration of each joint as a share of its limits, which are dashed. "
+    "An acceleration without limits is not drawn."
 )
-_QUANTITIES = ("rad or m", "rad/s or m/s", "rad/s2 or m/s2")
+_ARM = (
+    "The arm at {} s of the first run, from light to dark. The z axis of frame 0 points up. "
+    "Revolute joints are circles, prismatic ones squares. The end is the x axis of the last frame."
+)
 
 
 def plan_content(plan: Plan) -> Content:
@@ -72,8 +78,10 @@ def plan_content(plan: Plan) -> Content:
         facts,
     )
     notes = (*plan.notes, *(f"{text}." for text in plan.other_models))
+    moments = ", ".join(f"{t:.3g}" for t in _moments(plan))
     sections = (
         Section("Motion", (_MOTION,), figure=partial(_motion, plan)),
+        Section("Arm", (_ARM.format(moments),), picture=_arm(plan)),
         Section("Use of the limits", (_USES,), _uses(plan), printed=()),
         Section("Expected standard deviations", (_DEVIATIONS,), _deviations(plan), printed=()),
         Section("Condition numbers", (_CONDITIONS, search), conditions, printed=(search,)),
@@ -106,24 +114,29 @@ def _uses(plan: Plan) -> Table:
     return Table(("joint", *keys), rows)
 
 
+def _arm(plan: Plan) -> str:
+    """Draw the arm at five moments of the first run."""
+    numbers, q = [joint.number for joint in plan.joints], plan.runs[0].at(_moments(plan))
+    moments = [dict(zip(numbers, each, strict=True)) for each in q.tolist()]
+    return "" if plan.source is None else drawing(plan.source, *moments)
+
+
+def _moments(plan: Plan) -> FloatArray:
+    """Return the times of the drawn moments, (5,) s: a run ends where it begins."""
+    return plan.runs[0].duration * np.linspace(0.1, 0.9, 5)
+
+
 def _motion(plan: Plan) -> Figure | None:
-    """Draw position, speed and acceleration of every joint, run by run."""
+    """Draw the motion of every joint within its limits, run by run."""
     if plan.bounds is None:
         return None
     high = np.array([plan.bounds.half, *plan.bounds.rates[:2]])
-    centre = np.array([plan.bounds.centre, 0 * plan.bounds.half, 0 * plan.bounds.half])
-    panels = []
+    titles, panels = [f"{joint.label}, % of its limits" for joint in plan.joints], []
     for k, run in enumerate(plan.runs, 1):
         t = run.times(1 / plan.rate)
-        for order, (key, unit) in enumerate(zip(KEYS, _QUANTITIES, strict=False)):
-            x, limited = run.at(t, order), bool(np.isfinite(high[order]).all())
-            if limited:
-                x = 100 * (x - centre[order]) / high[order]
-            series = {joint.label: x[:, j] for j, joint in enumerate(plan.joints)}
-            if limited:
-                ends = t[[0, -1, -1, 0]]  # a closed line around the allowed range
-                series["limit"] = np.array([ends, [100.0, 100.0, -100.0, -100.0]])
-            label = "% of the limit" if limited else unit
-            log = (f"run {k}", f"{run.duration:g} s")
-            panels.append(Panel(f"{key}, {label}", t, series, log))
+        motion = [run.at(t) - plan.bounds.centre, run.at(t, 1), run.at(t, 2)]
+        shares = {key: 100 * x / top for key, x, top in zip(KEYS, motion, high, strict=False)}
+        series = {key: x for key, x in shares.items() if x.any()}
+        series |= {key: np.full_like(motion[0], top) for key, top in _LIMITS.items()}
+        panels += joint_panels(titles, t, series, (f"run {k}", f"{run.duration:g} s"))
     return Figure(tuple(panels))

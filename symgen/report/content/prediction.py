@@ -18,7 +18,7 @@ from symgen.report.content.parts import (
     repairs_section,
     run_lines,
 )
-from symgen.report.plots.figure import Figure, Panel
+from symgen.report.plots.figure import Figure, Panel, joint_panels
 
 _ERROR = (
     "The error is the RMS of measured minus predicted torque of joints in motion. The percentage "
@@ -70,12 +70,9 @@ def prediction_content(prediction: Prediction) -> Content:
 
 
 def _torques(prediction: Prediction) -> Figure:
-    trace, panels = prediction.torque, []
-    for j, joint in enumerate(prediction.joints):
-        measured, predicted = trace.measured[:, j], trace.predicted[:, j]
-        series = {"measured": measured, "predicted": predicted, "residual": measured - predicted}
-        panels.append(Panel(f"{joint.label}, {joint.unit}", trace.t, series))
-    return Figure(tuple(panels))
+    t, titles = prediction.torque, [joint.torque for joint in prediction.joints]
+    series = {"measured": t.measured, "predicted": t.predicted, "residual": t.residual}
+    return Figure(tuple(joint_panels(titles, t.t, series)))
 
 
 def _energies(prediction: Prediction) -> Figure:

@@ -15,7 +15,7 @@ from symgen.report.content.parts import (
     notes_section,
     percent,
 )
-from symgen.report.plots.figure import Figure, Panel
+from symgen.report.plots.figure import Figure, joint_panels
 
 
 def simulation_content(result: SimulationComparison) -> Content:
@@ -64,9 +64,7 @@ def _window(result: SimulationComparison, joints: list[str], units: list[str]) -
     if result.measured is None:
         return None
     t, q = result.measured
-    panels = []
-    for j, (name, unit) in enumerate(zip(joints, units, strict=True)):
-        series = {"measured": q[:, j]}
-        series |= {f.file: c[:, j] for f, c in zip(result.files, result.courses, strict=True)}
-        panels.append(Panel(f"{name}: position, {unit}", t, series))
-    return Figure(tuple(panels))
+    titles = [f"{name}: position, {unit}" for name, unit in zip(joints, units, strict=True)]
+    files = [f.file for f in result.files]
+    series = {"measured": q, **dict(zip(files, result.courses, strict=True))}
+    return Figure(tuple(joint_panels(titles, t, series)))

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import repeat
-
 import numpy as np
 
 from symgen.data.raw import FloatArray
 from symgen.estimation.values import Trace
 from symgen.identification.estimate import Estimate
-from symgen.report.plots.figure import POINTS, Figure, Panel
+from symgen.report.plots.figure import POINTS, Figure, Panel, joint_panels
 
 _UNITS = {"energy": "J"}
 _PER_JOINT = {"torque": "", "momentum": " s"}  # suffix of the torque unit
@@ -25,15 +23,9 @@ def measured_and_predicted(estimate: Estimate, quantity: str) -> Figure | None:
     """
     panels = []
     for t in traces_of(estimate, quantity):
-        raws = repeat(None) if t.raw is None else t.raw.T
-        named = components(estimate, quantity)
-        for title, raw, measured, predicted in zip(
-            named, raws, t.measured.T, t.predicted.T, strict=False
-        ):
-            series = {} if raw is None else {"unfiltered": raw}
-            series |= {"measured": measured, "predicted": predicted}
-            series["residual"] = measured - predicted
-            panels.append(Panel(title, t.t, series, (t.log, t.kind)))
+        series = {} if t.raw is None else {"unfiltered": t.raw}
+        series |= {"measured": t.measured, "predicted": t.predicted, "residual": t.residual}
+        panels += joint_panels(components(estimate, quantity), t.t, series, (t.log, t.kind))
     xlabel = "number of the pose" if estimate.model == "static" else "time, s"
     return Figure(tuple(panels), xlabel) if panels else None
 
@@ -48,7 +40,7 @@ def residual_spectrum(estimate: Estimate, quantity: str) -> Figure | None:
     for t in traces_of(estimate, quantity):
         if len(t.t) < _SHORTEST:
             continue
-        f, density = amplitude_density(t.t, t.measured - t.predicted)
+        f, density = amplitude_density(t.t, t.residual)
         named = components(estimate, quantity)
         for title, column in zip(named, density.T, strict=False):
             series = {"density of the residual": column}
@@ -100,5 +92,4 @@ def components(estimate: Estimate, quantity: str) -> list[str]:
     """Return the title of each column of a quantity, with its unit."""
     if quantity not in _PER_JOINT:
         return [f"{quantity}, {_UNITS.get(quantity, '-')}"]
-    after = _PER_JOINT[quantity]
-    return [f"{joint.label}, {joint.unit}{after}" for joint in estimate.joints]
+    return [joint.torque + _PER_JOINT[quantity] for joint in estimate.joints]

@@ -1,43 +1,93 @@
-"""Figures of a diagnosis: torques over time, residual over the state, repaired channels."""
+"""Figures of a diagnosis: residual over what it depends on, torques over time, repairs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
 from symgen import names
-from symgen.data.raw import FloatArray
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
-from symgen.report.plots.figure import Figure, Panel
+from symgen.report.plots.figure import Figure, Panel, joint_panels
 
-_DOTS = 400  # points of the residual plots of a joint
+_DOTS = 500  # points of a residual plot
+_MOST = 0.8  # share of the gap at the joints of the first plot
 _UNITS = {names.REVOLUTE: ("N m", "rad"), names.PRISMATIC: ("N", "m")}
+#: Arrays of `Curves` over which the residual is drawn, by its pattern; others have two.
+_ABSCISSAE = {
+    "velocity-sign": "qd",
+    "velocity": "qd",
+    "low-speed": "qd",
+    "kinematic": "qd",
+    "other-joint": "qd",
+    "reversal": "q",
+    "position": "q",
+    "spectrum": "q",
+    "acceleration": "qdd",
+    "load": "before",
+    "time": "t",
+}
+_AXES = {
+    "t": "time, s",
+    "q": "position{of}, {unit}",
+    "qd": "speed{of}, {unit}/s",
+    "qdd": "acceleration{of}, {unit}/s2",
+    "before": "modelled torque{of}, {torque}",
+}
+
+
+def dependences(diagnosis: Diagnosis) -> Figure | None:
+    """Draw the residual over what it depends on, at the joints with most of the gap."""
+    shares = np.cumsum([place.share for place in diagnosis.where])
+    wanted = []
+    for place in diagnosis.where[: np.searchsorted(shares, _MOST) + 1]:
+        pairs = (e.joints for e in diagnosis.effects if place.joint in e.joints)
+        others = [k for pair in pairs for k in pair if k != place.joint]
+        followed = others[0] if others and place.pattern == "other-joint" else place.joint
+        keys = _ABSCISSAE.get(place.pattern, "qd q").split()
+        wanted += [(place.joint, followed, key) for key in keys]
+    return _residuals(diagnosis, wanted)
+
+
+def residuals(diagnosis: Diagnosis) -> Figure | None:
+    """Draw the residual of every joint over time, speed and position."""
+    wanted = [(joint, joint, key) for joint in diagnosis.joints for key in ("t", "qd", "q")]
+    return _residuals(diagnosis, wanted)
+
+
+def _residuals(diagnosis: Diagnosis, wanted: Sequence[tuple[int, int, str]]) -> Figure | None:
+    """Draw residuals of a joint over an array of `Curves` of a joint; None if there are none."""
+    panels, joints = [], dict(zip(diagnosis.joints, _joints(diagnosis), strict=True))
+    keys = [f"residual {key}" for key in _shown(diagnosis)]
+    for c in _recorded(diagnosis):
+        some = np.unique(np.linspace(0, len(c.t) - 1, _DOTS).astype(int))
+        for joint, followed, key in wanted:
+            j, k = map(diagnosis.joints.index, (joint, followed))
+            (name, title, _), (other, torque, unit) = joints[joint], joints[followed]
+            of = "" if j == k else f" of {other}"
+            label = _AXES[key].format(of=of, unit=unit, torque=torque)
+            x = getattr(c, key)[some]
+            x = x[:, k] if x.ndim > 1 else x
+            drawn = [np.stack([x, residual[some, j]]) for residual in c.residuals]
+            series = dict(zip(keys, drawn, strict=False))
+            log = (c.name, "validation")
+            panels.append(Panel(f"{name}, {title}", x, series, log, xlabel=label))
+    return Figure(tuple(panels), "") if panels else None
+
+
+def _shown(diagnosis: Diagnosis) -> list[str]:
+    """Return the models to draw: before, and after if an effect is adopted."""
+    adopted = any(effect.adopted for effect in diagnosis.effects)
+    return ["before", "after"] if adopted else ["before"]
 
 
 def torques(diagnosis: Diagnosis) -> Figure | None:
     """Draw the torque of every joint over time: measured, and modelled before and after."""
-    changed = any(effect.adopted for effect in diagnosis.effects)
-    shown = ("measured", "before", "after") if changed else ("measured", "before")
-    return _over_time(diagnosis, lambda c: {x: getattr(c, x) for x in shown})
-
-
-def residuals(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the torque residual of every joint over time, of the models before and after."""
-    shown = ("before", "after") if diagnosis.effects else ("before",)
-    return _over_time(diagnosis, lambda c: {x: c.measured - getattr(c, x) for x in shown})
-
-
-def _over_time(
-    diagnosis: Diagnosis, shown: Callable[[Curves], Mapping[str, FloatArray]]
-) -> Figure | None:
-    """Draw named torques (K, n) of every log, a plot for each joint; None without logs."""
-    panels = []
+    panels, keys = [], ["measured", *_shown(diagnosis)]
+    titles = [f"{label}, {torque}" for label, torque, _ in _joints(diagnosis)]
     for c in _recorded(diagnosis):
-        torque = shown(c)
-        for j, (label, unit, _) in enumerate(_joints(diagnosis)):
-            series = {name: x[:, j] for name, x in torque.items()}
-            panels.append(Panel(f"{label}, {unit}", c.t, series, (c.name, "validation")))
+        series = {key: getattr(c, key) for key in keys}
+        panels += joint_panels(titles, c.t, series, (c.name, "validation"))
     return Figure(tuple(panels)) if panels else None
 
 
@@ -53,28 +103,6 @@ def repaired(diagnosis: Diagnosis) -> Figure | None:
         panels.append(Panel(f"{where}: {c.says[:90]}", c.recorded[0], before))
         panels.append(Panel(f"{where}: repaired", c.recorded[0], after))
     return Figure(tuple(panels)) if panels else None
-
-
-def portraits(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the residual of the model before, for every joint, over velocity and position.
-
-    If there are effects, the figure also shows their torque: the model after minus the model
-    before.
-    """
-    panels = []
-    logs = _recorded(diagnosis)
-    for c in logs:
-        some = np.unique(np.linspace(0, len(c.t) - 1, _DOTS // len(logs) + 1).astype(int))
-        shown = {"residual before": c.measured - c.before}
-        if diagnosis.effects:
-            shown["found effects"] = c.after - c.before
-        for j, (label, torque, unit) in enumerate(_joints(diagnosis)):
-            for state, over in ((c.qd, f"speed, {unit}/s"), (c.q, f"position, {unit}")):
-                x = state[some, j]
-                series = {name: np.stack([x, y[some, j]]) for name, y in shown.items()}
-                title = f"{label}, {torque}, over {over}"
-                panels.append(Panel(title, x, series, (c.name, "validation")))
-    return Figure(tuple(panels), "") if panels else None
 
 
 def _recorded(diagnosis: Diagnosis) -> list[Curves]:

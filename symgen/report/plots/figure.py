@@ -7,7 +7,7 @@ Curves in one plot also differ in width or dashes, so that they are distinct in 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -52,10 +52,12 @@ class Look(NamedTuple):
         return f"stroke:{self.colour};stroke-width:{self.width};stroke-dasharray:{self.dash}{cap}"
 
 
+_FAINT = Look("#9aa4ae", 0.8)
+_LIMIT = Look(INK, 1.0, "7 3")
 _UNDER, _OVER, _WRONG = Look(SKY, 4.0), Look(INK, 1.2), Look(ORANGE, 2.5)
 #: Looks of curves by their names.
 _LOOKS = {
-    "unfiltered": Look("#9aa4ae", 0.8),
+    "unfiltered": _FAINT,
     "measured": _UNDER,
     "predicted": _OVER,
     "after": _OVER,
@@ -65,9 +67,13 @@ _LOOKS = {
     "before": _WRONG,
     "as recorded": _WRONG,
     "residual": Look(ORANGE, 1.2, "2 2"),
-    "limit": Look(INK, 1.0, "7 3"),
-    "residual before": Look(SKY, 4.0, dots=True),
-    "found effects": Look(INK, 2.5, dots=True),
+    "upper limit": _LIMIT,
+    "lower limit": _LIMIT,
+    "residual before": Look(ORANGE, 4.0, dots=True),
+    "residual after": Look(INK, 2.5, dots=True),
+    "position": Look(BLUE, 2.5),
+    "velocity": Look(ORANGE),
+    "acceleration": _FAINT,
 }
 
 
@@ -82,6 +88,7 @@ class Panel:
             thinning. Thinning keeps peaks.
         log: name and kind of the log in the plot.
         logarithmic: whether both axes are.
+        xlabel: quantity of the abscissa, with its unit, if that of the figure is not it.
     """
 
     title: str
@@ -89,6 +96,7 @@ class Panel:
     series: Mapping[str, FloatArray]
     log: tuple[str, str] = ("", "")
     logarithmic: bool = False
+    xlabel: str = ""
 
     def curves(self, points: int) -> dict[str, FloatArray]:
         """Return the points to draw of each series, (2, M): about `points` points."""
@@ -96,6 +104,18 @@ class Panel:
             name: y if y.ndim > 1 else np.stack(thin(self.x, y, points))
             for name, y in self.series.items()
         }
+
+
+def joint_panels(
+    titles: Sequence[str],
+    x: FloatArray,
+    series: Mapping[str, FloatArray],
+    log: tuple[str, str] = ("", ""),
+) -> list[Panel]:
+    """Return a plot for each column of arrays (K, n)."""
+    columns = zip(*(y.T for y in series.values()), strict=True)
+    joints = zip(titles, columns, strict=False)
+    return [Panel(title, x, dict(zip(series, each, strict=True)), log) for title, each in joints]
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +171,7 @@ class _Drawn(NamedTuple):
     words: str
     ticks: tuple[list[tuple[float, str]], list[tuple[float, str]]]
     curves: list[tuple[str, str]]
+    xlabel: str
 
 
 class _Axis(NamedTuple):
@@ -212,7 +233,7 @@ def _drawn(panel: Panel, looks: Mapping[str, Look], points: int) -> _Drawn:
     words = f"{panel.title}: {', '.join(curves)}"
     if finite.size:
         words += f"; values from {finite.min():.3g} to {finite.max():.3g}"
-    return _Drawn(panel.title, words, (across.ticks(), up.ticks()), paths)
+    return _Drawn(panel.title, words, (across.ticks(), up.ticks()), paths, panel.xlabel)
 
 
 def _path(x: FloatArray, y: FloatArray, dots: bool) -> str:

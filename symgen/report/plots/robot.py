@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -18,39 +19,47 @@ _AXES = ((0, "x", "6 4"), (2, "z", ""))
 _NEAR = 14.0  # pixels; closer origins are drawn as one
 
 
-def drawing(robot: Robot) -> str:
-    """Return the SVG: links as lines, joints as circles and squares, axes x and z of each frame."""
+def drawing(robot: Robot, *positions: dict[int, float]) -> str:
+    """Return the SVG: links as lines, joints as circles and squares, axes x and z of each frame.
+
+    Args:
+        robot: the robot.
+        positions: number of a movable joint -> position, of each drawn pose; by default at zero.
+    """
+    fixed = robot.with_values()
     at_zero = dict.fromkeys((joint.number for joint in robot.movable), 0.0)
-    placed = dh.frames(robot.with_values(), at_zero)
-    flat = np.array([_VIEW @ T[:3, 3] for T in placed])
-    low, size = flat.min(axis=0), np.ptp(flat, axis=0)
+    poses = np.array([dh.frames(fixed, each) for each in positions or [at_zero]])
+    flat = poses[:, :, :3, 3] @ _VIEW.T
+    low, size = flat.min(axis=(0, 1)), np.ptp(flat, axis=(0, 1))
     scale = float(min(_ROOM / np.maximum(size, 1e-9))) if size.max() > 1e-9 else 1.0
     wide, high = scale * size + 2 * _MARGIN
-
-    def paper(point: FloatArray) -> FloatArray:
-        x, y = scale * (point - low) + _MARGIN
-        return np.array([x, high - y])
-
-    at = [paper(point) for point in flat]
+    places = scale * (flat - low) + _MARGIN
+    places[..., 1] = high - places[..., 1]
     out = [
-        f'<svg class="robot" viewBox="0 0 {wide:.0f} {high:.0f}" width="{wide:.0f}" role="img" '
-        f'aria-label="Frames of {html.escape(robot.name)}">'
+        f'<svg class="robot poses{len(poses)}" viewBox="0 0 {wide:.0f} {high:.0f}" '
+        f'width="{wide:.0f}" role="img" aria-label="Frames of {html.escape(robot.name)}">'
     ]
+    for placed, at in zip(poses, places, strict=True):
+        out += ["<g>", *_pose(robot, placed, at), "</g>"]
+    return "\n".join([*out, "</svg>"])
+
+
+def _pose(robot: Robot, placed: FloatArray, at: FloatArray) -> Iterator[str]:
+    """Yield the elements of a pose with frames (f, 4, 4) at places (f, 2) of the drawing."""
     for joint, end in zip(robot.joints, at[1:], strict=True):
-        out.append(_line(at[joint.antecedent], end, "link"))
+        yield _line(at[joint.antecedent], end, "link")
     for place, T in zip(at, placed, strict=True):
         for axis, _, dash in _AXES:
             along = _VIEW @ T[:3, axis]
             tip = place + 30 * np.array([along[0], -along[1]])
-            out.append(_line(place, tip, f"axis {'xz'[axis > 0]}", dash))
-    for joint, place in zip(robot.joints, at[1:], strict=True):
-        x, y = place
+            yield _line(place, tip, f"axis {'xz'[axis > 0]}", dash)
+    for joint, (x, y) in zip(robot.joints, at[1:].tolist(), strict=True):
         if joint.sigma == names.REVOLUTE:
-            out.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6"/>')
+            yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6"/>'
         elif joint.sigma == names.PRISMATIC:
-            out.append(f'<rect x="{x - 6:.1f}" y="{y - 6:.1f}" width="12" height="12"/>')
-    out += [_label(*near) for near in _merged(at)]
-    return "\n".join([*out, "</svg>"])
+            yield f'<rect x="{x - 6:.1f}" y="{y - 6:.1f}" width="12" height="12"/>'
+    for near in _merged([*at]):
+        yield _label(*near)
 
 
 def _line(start: FloatArray, end: FloatArray, kind: str, dash: str = "") -> str:
