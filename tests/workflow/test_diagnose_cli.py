@@ -122,7 +122,7 @@ def test_the_residual_before_is_that_of_the_log_as_recorded(tmp_path):
         late = np.clip(log["t"] - 0.03, log["t"][0], None)
         columns = [np.interp(late, log["t"], column) for column in log["tau"].T]
         np.savez(path, **{**log, "tau": np.stack(columns, axis=1)})
-    found = symgen.diagnose("planar2r", paths[0], validation=paths[1], effects=["time_delay"])
+    found = symgen.diagnose("planar2r", paths[0], validation=paths[1])
     assert [e.name for e in found.effects if e.adopted] == ["time_delay"]
     (c,) = found.curves
     for gap, residual, modelled in zip(
