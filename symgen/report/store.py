@@ -132,7 +132,7 @@ def result_robot(path: Path) -> Robot | None:
 def result_page(result: Value, robot: Robot | None = None) -> str:
     """Return the HTML page of a result; with the robot of an estimate, the page draws it."""
     if isinstance(result, Diagnosis):
-        note = "Figures over time are on the page that diagnose wrote: its folder holds no curves."
+        note = "The figures are on the page that diagnose wrote: its folder holds no curves."
         result = replace(result, notes=(*result.notes, note))
     return page(content(result, *([robot] if isinstance(result, Estimate) else [])))
 

@@ -247,7 +247,8 @@ def test_the_torques_have_the_model_before_and_after_and_the_page_the_command() 
 
 def test_the_residual_falls_by_the_effect_that_was_added() -> None:
     panels = synthetic().plot("Residual of every joint").panels[:6]
-    assert [p.xlabel for p in panels] == 2 * ["time, s", "speed, rad/s", "position, rad"]
+    over = [x for x in ("time, s", "speed, rad/s", "position, rad") for _ in range(2)]
+    assert [p.xlabel for p in panels] == over
     # joint 2 over its position: the spring of the synthetic log, 0.8 q
     q, before = panels[-1].series["residual before"]
     np.testing.assert_allclose(before - panels[-1].series["residual after"][1], 0.8 * q, atol=1e-9)

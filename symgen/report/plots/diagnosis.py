@@ -51,7 +51,7 @@ def dependences(diagnosis: Diagnosis) -> Figure | None:
 
 def residuals(diagnosis: Diagnosis) -> Figure | None:
     """Draw the residual of every joint over time, speed and position."""
-    wanted = [(joint, joint, key) for joint in diagnosis.joints for key in ("t", "qd", "q")]
+    wanted = [(joint, joint, key) for key in ("t", "qd", "q") for joint in diagnosis.joints]
     return _residuals(diagnosis, wanted)
 
 
