@@ -36,7 +36,7 @@ def drawing(robot: Robot, *positions: dict[int, float]) -> str:
     places = scale * (flat - low) + _MARGIN
     places[..., 1] = high - places[..., 1]
     out = [
-        f'<svg class="robot poses{len(poses)}" viewBox="0 0 {wide:.0f} {high:.0f}" '
+        f'<svg class="robot" data-poses="{len(poses)}" viewBox="0 0 {wide:.0f} {high:.0f}" '
         f'width="{wide:.0f}" role="img" aria-label="Frames of {html.escape(robot.name)}">'
     ]
     for placed, at in zip(poses, places, strict=True):
