@@ -18,7 +18,7 @@ WIDTH = 880
 #: Picture, the page in the folder, and the height in pixels.
 PAGES = (
     ("report.webp", "symgen-demo/better/report.html", 944),
-    ("report_diagnosis.webp", "symgen-demo/diagnosis/report.html", 1030),
+    ("report_diagnosis.webp", "symgen-demo/diagnosis/report.html", 1180),
     ("report_payload.webp", "load/report.html", 1020),
 )
 BROWSERS = ("chromium", "google-chrome", "chrome")
