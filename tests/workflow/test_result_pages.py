@@ -153,7 +153,7 @@ def test_the_arm_is_drawn_at_five_moments_of_the_motion(plan) -> None:
     html = result_page(plan)
     assert html.count('<svg class="robot') == 1
     poses = html.split('<svg class="robot')[1].split("</svg>")[0].split("<g>")[1:]
-    assert "The arm at 0.5, 1.5, 2.5, 3.5, 4.5 s of the first run" in html
+    assert "The arm after 10, 30, 50, 70 and 90 % of the first run" in html
     q = plan.runs[0].at(np.array([0.5, 1.5, 2.5, 3.5, 4.5]))[:, 0]
     circles = [re.findall(r'<circle cx="(\S+)" cy="(\S+)"', pose) for pose in poses]
     places = np.array(circles, dtype=float)  # moment, joint, coordinate

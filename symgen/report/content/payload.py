@@ -82,8 +82,8 @@ def _errors(payload: Payload) -> Table:
 
 def _residuals(payload: Payload) -> Figure | None:
     panels, titles = [], [joint.torque for joint in payload.joints]
-    bare = {t.log: t.residual for t in payload.traces if t.quantity == WITHOUT}
-    for t in (t for t in payload.traces if t.quantity == WITH):
-        series = {"without the load": bare[t.log], "with the load": t.residual}
+    bare, loaded = ([t for t in payload.traces if t.quantity == key] for key in (WITHOUT, WITH))
+    for without, t in zip(bare, loaded, strict=False):
+        series = {"without the load": without.residual, "with the load": t.residual}
         panels += joint_panels(titles, t.t, series, (t.log, "with the load"))
     return Figure(tuple(panels)) if panels else None

@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 
-from symgen.data.raw import FloatArray
 from symgen.experiment.bounds import BINDING, KEYS
 from symgen.experiment.plan import Plan
 from symgen.report.content.parts import (
@@ -42,8 +41,9 @@ _MOTION = (
     "An acceleration without limits is not drawn."
 )
 _ARM = (
-    "The arm at {} s of the first run, from light to dark. The z axis of frame 0 points up. "
-    "Revolute joints are circles, prismatic ones squares. The end is the x axis of the last frame."
+    "The arm after 10, 30, 50, 70 and 90 % of the first run, from light to dark. The z axis of "
+    "frame 0 points up. Revolute joints are circles, prismatic ones squares. The end is the x axis "
+    "of the last frame."
 )
 
 
@@ -78,10 +78,9 @@ def plan_content(plan: Plan) -> Content:
         facts,
     )
     notes = (*plan.notes, *(f"{text}." for text in plan.other_models))
-    moments = ", ".join(f"{t:.3g}" for t in _moments(plan))
     sections = (
         Section("Motion", (_MOTION,), figure=partial(_motion, plan)),
-        Section("Arm", (_ARM.format(moments),), picture=_arm(plan)),
+        Section("Arm", (_ARM,), picture=_arm(plan)),
         Section("Use of the limits", (_USES,), _uses(plan), printed=()),
         Section("Expected standard deviations", (_DEVIATIONS,), _deviations(plan), printed=()),
         Section("Condition numbers", (_CONDITIONS, search), conditions, printed=(search,)),
@@ -116,14 +115,10 @@ def _uses(plan: Plan) -> Table:
 
 def _arm(plan: Plan) -> str:
     """Draw the arm at five moments of the first run."""
-    numbers, q = [joint.number for joint in plan.joints], plan.runs[0].at(_moments(plan))
+    numbers, run = [joint.number for joint in plan.joints], plan.runs[0]
+    q = run.at(run.duration * np.linspace(0.1, 0.9, 5))  # a run ends where it begins
     moments = [dict(zip(numbers, each, strict=True)) for each in q.tolist()]
     return "" if plan.source is None else drawing(plan.source, *moments)
-
-
-def _moments(plan: Plan) -> FloatArray:
-    """Return the times of the drawn moments, (5,) s: a run ends where it begins."""
-    return plan.runs[0].duration * np.linspace(0.1, 0.9, 5)
 
 
 def _motion(plan: Plan) -> Figure | None:

@@ -10,7 +10,7 @@ from symgen import names
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.report.plots.figure import Figure, Panel, joint_panels
 
-_DOTS = 500  # points of a residual plot
+_DOTS, _FEW = 500, 100  # points of a residual plot, shared by the logs; and minimum for each log
 _MOST = 0.8  # share of the gap at the joints of the first plot
 _UNITS = {names.REVOLUTE: ("N m", "rad"), names.PRISMATIC: ("N", "m")}
 #: Arrays of `Curves` over which the residual is drawn, by its pattern; others have two.
@@ -39,31 +39,34 @@ _AXES = {
 def dependences(diagnosis: Diagnosis) -> Figure | None:
     """Draw the residual over what it depends on, at the joints with most of the gap."""
     shares = np.cumsum([place.share for place in diagnosis.where])
-    wanted = []
+    wanted, at = [], diagnosis.joints.index
     for place in diagnosis.where[: np.searchsorted(shares, _MOST) + 1]:
-        pairs = (e.joints for e in diagnosis.effects if place.joint in e.joints)
-        others = [k for pair in pairs for k in pair if k != place.joint]
-        followed = others[0] if others and place.pattern == "other-joint" else place.joint
+        pairs = [e.joints for e in diagnosis.effects if place.joint in e.joints]
+        others = [k for pair in pairs for k in pair if k != place.joint] or [place.joint]
+        followed = others[0] if place.pattern == "other-joint" else place.joint
         keys = _ABSCISSAE.get(place.pattern, "qd q").split()
-        wanted += [(place.joint, followed, key) for key in keys]
+        wanted += [(at(place.joint), at(followed), key) for key in keys]
     return _residuals(diagnosis, wanted)
 
 
 def residuals(diagnosis: Diagnosis) -> Figure | None:
     """Draw the residual of every joint over time, speed and position."""
-    wanted = [(joint, joint, key) for key in ("t", "qd", "q") for joint in diagnosis.joints]
-    return _residuals(diagnosis, wanted)
+    every = range(len(diagnosis.joints))
+    return _residuals(diagnosis, [(j, j, key) for key in ("t", "qd", "q") for j in every])
 
 
 def _residuals(diagnosis: Diagnosis, wanted: Sequence[tuple[int, int, str]]) -> Figure | None:
-    """Draw residuals of a joint over an array of `Curves` of a joint; None if there are none."""
-    panels, joints = [], dict(zip(diagnosis.joints, _joints(diagnosis), strict=True))
+    """Draw residuals of joint j over an array of `Curves` of joint k, each (j, k, array).
+
+    Joints are numbered from 0. The result is None if there is nothing to draw.
+    """
+    panels, joints, logs = [], _joints(diagnosis), _recorded(diagnosis)
     keys = [f"residual {key}" for key in _shown(diagnosis)]
-    for c in _recorded(diagnosis):
-        some = np.unique(np.linspace(0, len(c.t) - 1, _DOTS).astype(int))
-        for joint, followed, key in wanted:
-            j, k = map(diagnosis.joints.index, (joint, followed))
-            (name, title, _), (other, torque, unit) = joints[joint], joints[followed]
+    for c in logs:
+        count = _DOTS // len(logs) + _FEW
+        some = np.unique(np.linspace(0, len(c.t) - 1, count).astype(int))
+        for j, k, key in wanted:
+            (name, title, _), (other, torque, unit) = joints[j], joints[k]
             of = "" if j == k else f" of {other}"
             label = _AXES[key].format(of=of, unit=unit, torque=torque)
             x = getattr(c, key)[some]
