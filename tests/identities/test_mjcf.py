@@ -234,7 +234,8 @@ def _rest(text: str) -> list[str]:
     """Words of an MJCF without its inertias and joint dynamics, and what symgen says of them."""
     without = re.sub("<!-- written by symgen.*?-->", "", text, flags=re.DOTALL)
     without = re.sub("<inertial.*?/>", " ", without, flags=re.DOTALL)
-    return re.sub(' (armature|damping|frictionloss|stiffness)=".*?"', "", without).split()
+    written = ' (armature|damping|frictionloss|stiffness|sol(ref|imp)friction)=".*?"'
+    return re.sub(written, "", without).split()
 
 
 MESH = '<asset><mesh name="m" file="nothere.stl"/></asset>'

@@ -26,6 +26,8 @@ from symgen.robot.imported import read_text
 
 Drive = TypeVar("Drive", JointDynamics, CouplingDynamics)
 _HIGHER = ("damping_2", "damping_3")  # not written for an older MuJoCo
+#: Coulomb friction as hard as steps of 2 ms allow; MuJoCo softens it for longer steps (refsafe).
+_STICKING = {"solreffriction": "0.004 1", "solimpfriction": "0.99 0.99 0.001"}
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
 
@@ -33,7 +35,8 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
     """Return an MJCF with identified values.
 
     Links go into <inertial>. Rotor inertia, friction and springs become attributes of <joint>,
-    which override those of default classes. A coupling becomes a fixed tendon.
+    which override those of default classes. A coupling becomes a fixed tendon. Coulomb friction of
+    joints sticks, unless the file has a solreffriction of its own or no refsafe.
 
     Args:
         path: path of the MJCF. All other bytes stay the same.
@@ -61,13 +64,17 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
         section = tree.root.first("tendon")
         named = _by_name(section.children if section else ())
         tendons = list[str]()
+        keeps = "solreffriction" in text or tree.is_off("REFSAFE")
         for joint in dynamics.joints:
             name = joint_name(chain, joint.joint)
             at = _named(joints, "joint", name)
             angle = tree.degrees if tree.urdf.joints[name].turns else 1.0
             has_spring = joint.springy or name in tree.springs
             own = _without(joint, tree.added[name], f"joint {plain(name)!r}")
-            edits.append(with_attributes(content, at, _attributes(own, angle, has_spring)))
+            written = _attributes(own, angle, has_spring)
+            if own.frictionloss and not keeps:
+                written |= _STICKING
+            edits.append(with_attributes(content, at, written))
         for pair in dynamics.couplings:
             one, two = (joint_name(chain, number) for number in (pair.first, pair.second))
             if (one, two) in tree.tendons:
