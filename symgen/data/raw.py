@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -39,6 +40,8 @@ KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
 #: Limits on the unpacked size of a file: bytes, and multiple of its size on the disk.
 _UNPACKED, _PACKING = 256 << 20, 20
 _PAIRS = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos"
+#: Text in double quotes that a shell would change.
+_CHANGED = re.compile(r'"([^"]*[$`\\][^"]*)"')
 MASKS = ("rest", "saturation")
 #: Units that an option gives to all angles.
 ANGLES = ("deg", "rad")
@@ -343,10 +346,16 @@ def shown(column: str, names: Mapping[str, str]) -> str:
 def refuse(what: str, accepted: str) -> NoReturn:
     """Refuse a log; `located` adds its name.
 
+    Args:
+        what: what happened.
+        accepted: what helps. Of options in double quotes, a shell would change $, ` and \\: those
+            with one get single quotes.
+
     Raises:
         LogError: always.
     """
-    raise LogError(f"{what}; accepted: {accepted}")
+    typed = _CHANGED.sub(lambda option: quote(option[1]), accepted)
+    raise LogError(f"{what}; accepted: {typed}")
 
 
 @contextmanager

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -126,6 +128,20 @@ def test_a_joint_without_a_column_may_be_in_another_or_fixed(tmp_path, role, col
     assert (f'--columns "{pairs}"' in text) == bool(spare)
     assert (f"COLUMN one of {spare}" in text) == (bool(spare) and not likely)
     assert ("--fix finger" in text) == (role == "position" and not likely)
+
+
+@pytest.mark.skipif(shutil.which("sh") is None, reason="there is no shell")
+def test_the_printed_option_is_what_a_shell_hands_over(log_of) -> None:
+    """Columns of KUKA's recorder, whose $ a shell would replace in double quotes."""
+    names = {"t": "Zeit", "q": "$AXIS_ACT_MEAS[{k}]", "tau": "$TORQUE_AXIS_ACT[{k}]"}
+    with pytest.raises(LogError) as caught:
+        log_of(names)
+    _, option = str(caught.value).split("--columns ")
+    typed = subprocess.run(["sh", "-c", f"printf %s {option}"], capture_output=True, text=True)
+    assert typed.stdout == "q=$AXIS_ACT_MEAS[*]"
+    columns = {"t": "Zeit", "q": "$AXIS_ACT_MEAS[*]", "tau": "$TORQUE_AXIS_ACT[*]"}
+    log = log_of(names, reading=Reading(columns=columns))
+    np.testing.assert_array_equal(log.q, VALUES["q"])
 
 
 def test_a_pattern_chooses_where_two_would_do(log_of) -> None:
