@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support import sampled
@@ -89,6 +91,15 @@ def test_motors_dampers_springs_flags_and_followers_are_read(tmp_path, case) -> 
     found = {name: values[name] for name in wanted}
     assert found == pytest.approx(wanted, rel=1e-12, abs=1e-12)
     assert torque_gap(path) < 1e-9
+
+
+def test_mujoco_may_be_older_than_a_flag(tmp_path, monkeypatch) -> None:
+    """Up to 3.3.0, one flag switches springs and dampers off."""
+    flags = mujoco.mjtDisableBit.__members__.items()
+    older = {name: bit for name, bit in flags if not name.endswith(("SPRING", "DAMPER"))}
+    monkeypatch.setattr(mujoco, "mjtDisableBit", SimpleNamespace(**older))
+    values = dict(read_imported(written(tmp_path, shoulder='damping="0.5"')).parameters)
+    assert values["FV1"] == 0.5
 
 
 @pytest.mark.parametrize("case", REFUSED)

@@ -136,10 +136,13 @@ def _mujoco_torques(
 
 
 def disabling(part: str) -> int:
-    """Return the flag that disables a part of the physics of MuJoCo: GRAVITY, SPRING, ..."""
+    """Return the flag that disables a part of the physics of MuJoCo: GRAVITY, SPRING, ...
+
+    It is 0 if MuJoCo is older than the flag.
+    """
     import mujoco
 
-    return int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{part}"))
+    return int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{part}", 0))
 
 
 @contextmanager
