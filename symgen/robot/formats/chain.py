@@ -37,6 +37,8 @@ _LIMITS = {
 }
 _DUST = 1e-9  # rad: angles from computations, not from measurements
 Triple = tuple[sp.Rational, sp.Rational, sp.Rational]
+#: The joints that a joint follows with their factors, and its position with these at 0.
+Mimic = tuple[tuple[tuple[str, sp.Rational], ...], sp.Rational]
 ORIGIN: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
 
@@ -60,7 +62,7 @@ class UrdfJoint(Typed):
             contains them.
         damping, friction: viscous and Coulomb friction.
         armature: inertia of the rotor on the joint side.
-        mimic: name of the leading joint, multiplier and offset.
+        mimic: the joints that it follows, or None.
         floats: whether it is free in the file. symgen fixes such a joint, and accepts it only below
             the root.
     """
@@ -76,7 +78,7 @@ class UrdfJoint(Typed):
     damping: float = 0.0
     friction: float = 0.0
     armature: float = 0.0
-    mimic: tuple[str, sp.Rational, sp.Rational] | None = None
+    mimic: Mimic | None = None
     floats: bool = False
 
 
@@ -355,32 +357,33 @@ class Chain:
             **self.table[joint.name],
         )
 
-    def _follows(self, joint: UrdfJoint) -> sp.Expr:
-        """Return q of a mimic joint as an expression in the variable of the leading joint."""
-        factor, offset, at, seen = sp.S.One, sp.S.Zero, joint, {joint.name}
-        while at.mimic is not None:
-            name, c, constant = at.mimic
-            k = exact_numbers.fraction_of_pi(constant) if not joint.slides else None
-            offset += factor * (constant if k is None else k * sp.pi)
-            factor *= c
+    def _follows(self, joint: UrdfJoint, before: Sequence[str] = ()) -> sp.Expr:
+        """Return q of a joint as an expression in the variables of the joints that it follows."""
+        if joint.mimic is None:
+            return joint_variable(self.number[joint.name])
+        if joint.name in before:
+            raise RobotError("it mimics itself; accepted: a joint with a variable")
+        terms, constant = joint.mimic
+        within = _DUST if self.urdf.computed else exact_numbers.TOLERANCE
+        k = exact_numbers.fraction_of_pi(constant, within) if not joint.slides else None
+        q = constant if k is None else k * sp.pi
+        for name, factor in terms:
             if name not in self.urdf.joints:
                 raise RobotError(f"there is no joint {shortened(name)!r} to mimic")
-            if name in seen:
-                raise RobotError("it mimics itself; accepted: a joint with a variable")
-            seen.add(name)
-            at = self.urdf.joints[name]
-            if at.fixed:
+            leader = self.urdf.joints[name]
+            if leader.fixed:
                 raise RobotError(f"it mimics {shortened(name)!r}, which is fixed")
-        if factor == 0:
-            raise RobotError("its multiplier is 0; accepted: a fixed joint in its place")
-        if joint.turns and abs(factor) > MAX_RATIO:
+            if factor == 0:
+                raise RobotError("its multiplier is 0; accepted: a fixed joint in its place")
+            if joint.turns and leader.slides:
+                raise RobotError(
+                    f"it turns as prismatic joint {shortened(name)!r} slides; accepted: revolute "
+                    "joints that mimic revolute ones",
+                )
+            q += sp.expand(factor * self._follows(leader, (*before, joint.name)))
+        if joint.turns and any(abs(q.coeff(variable)) > MAX_RATIO for variable in q.free_symbols):
             raise RobotError(f"its multiplier is above {MAX_RATIO} in size")
-        if joint.turns and at.slides:
-            raise RobotError(
-                f"it turns as prismatic joint {shortened(at.name)!r} slides; accepted: revolute "
-                "joints that mimic revolute ones",
-            )
-        return factor * joint_variable(self.number[at.name]) + offset
+        return q
 
     def _limits(self, joints: Sequence[Joint]) -> Limits | None:
         """Return the kinds of limits that all movable joints have."""

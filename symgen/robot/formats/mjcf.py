@@ -23,16 +23,16 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.errors import ParameterError, RobotError, located, message_of, plain
+from symgen.errors import ParameterError, RobotError, first_of, located, message_of, plain
 from symgen.robot import expressions
 from symgen.robot.body import COUPLING, FloatArray
 from symgen.robot.declared_effects import of_library
 from symgen.robot.dh import turned_by
 from symgen.robot.effect import definitions
-from symgen.robot.exact_numbers import angle, context
+from symgen.robot.exact_numbers import TOLERANCE, angle, context
 from symgen.robot.expressions import shortened
-from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
-from symgen.robot.formats.mjcf_torques import disabling, quiet, unread
+from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Mimic, Triple, Urdf, UrdfJoint
+from symgen.robot.formats.mjcf_torques import LINEAR, disabling, equality, quiet, unread
 from symgen.robot.formats.xml import parse_xml
 from symgen.robot.imported import Imported
 from symgen.robot.tables import Coupling
@@ -41,6 +41,7 @@ from symgen.robot.types import WITHOUT_MOTOR, Robot
 ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
 _ON_JOINTS, _TENDON = (0, 1), 3  # transmission types of MuJoCo
+_CONNECT, _GEAR = 0, 2  # types of equalities of MuJoCo
 SPRING = "gravity_spring"
 #: Effects of springs and dampers with higher orders.
 CABLE, DRAG = "cable_torque", "nonlinear_viscous_friction"
@@ -67,7 +68,6 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
     """
     with located(where):
         tree = MjcfTree(Path(where), text)
-        tree.require_open()
         chain = Chain(tree.urdf)
         found = chain.imported()
         with located("gravity"):
@@ -162,7 +162,7 @@ class MjcfTree:
         losses: of each joint with those of its actuators and followers, and `added`, these alone.
         springs: torque of the springs of a joint, c0 + c1 q + c2 q^2 + c3 q^3, (4,).
         tendons: fixed tendon between two joints, by their names.
-        mimics: joints that follow others: the leader, factor and offset, as in a URDF.
+        mimics: joints that follow others, as in a URDF.
         zeros: positions of joints in the pose of the file (ref), rad or m.
         notes: ignored content of the file.
     """
@@ -171,10 +171,10 @@ class MjcfTree:
         self.notes: list[str] = []
         self._path, self.model = path, _compiled(path, self.notes)
         m = self.model
+        self._joint_names = [m.joint(k).name or f"joint{k + 1}" for k in range(m.njnt)]
         self.mimics = self._mimics()
         self.zeros: dict[str, float] = {}
         self.shift: dict[str, FloatArray] = {}
-        self._joint_names = [m.joint(k).name or f"joint{k + 1}" for k in range(m.njnt)]
         self.added, self.losses = self._losses()
         self.springs = self._springs()
         self._links: dict[str, Inertial | None] = {}
@@ -221,21 +221,42 @@ class MjcfTree:
         body = self._inertial(b)
         self._links[name] = body if body.mass else None
 
-    def _mimics(self) -> dict[str, tuple[str, sp.Rational, sp.Rational]]:
-        """Return the joints that an equality couples linearly to another joint of their type.
+    def _mimics(self) -> dict[str, Mimic]:
+        """Return the joints that equalities bind to others.
 
-        With the positions y0 and x0 in the pose of the file, y - y0 = a0 + a1 (x - x0).
+        The first joint of a gear follows the second. In a loop, joints without an actuator follow
+        the others. The factors are those of the constraints in the pose of the file. Gears and
+        parallelograms have them in every pose; the comparison with MuJoCo refuses other loops.
+
+        Raises:
+            RobotError: an equality is not read, or a loop has too few actuators.
         """
         import mujoco
 
-        m, out = self.model, {}
-        for k in np.flatnonzero(m.eq_type == mujoco.mjtEq.mjEQ_JOINT):
-            joints = [int(m.eq_obj1id[k]), int(m.eq_obj2id[k])]
-            y0, x0 = m.qpos0[m.jnt_qposadr[joints]]
-            a0, a1, *higher = m.eq_data[k][:5]
-            if joints[1] >= 0 and a1 and not any(higher) and len({*m.jnt_type[joints]}) == 1:
-                follower, leader = (m.joint(joint).name for joint in joints)
-                out[follower] = leader, _exact(a1), _exact(y0 + a0 - a1 * x0)
+        self._require_read()
+        m, data, out = self.model, mujoco.MjData(self.model), dict[str, Mimic]()
+        m.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+        with quiet():
+            mujoco.mj_fwdPosition(m, data)
+        J = data.efc_J.reshape(data.nefc, m.nv)[: data.ne][:, m.jnt_dofadr]
+        places = data.efc_id[: data.ne]
+        gears = m.eq_type[places] == _GEAR
+        first = m.eq_obj1id[places[gears]]
+        moved = m.actuator_trnid[np.isin(m.actuator_trntype, _ON_JOINTS), 0]
+        in_loops = np.flatnonzero(abs(J[~gears]).max(axis=0, initial=0) > TOLERANCE)
+        passive = np.union1d(first, np.setdiff1d(in_loops, moved))
+        if np.linalg.matrix_rank(J[:, passive], TOLERANCE) < len(passive):
+            named = first_of([equality(m, k) for k in sorted({*places})])
+            raise RobotError(f"joints without an actuator are free in {named}; {LINEAR}")
+        back, q0 = -np.linalg.pinv(J[:, passive]), m.qpos0[m.jnt_qposadr]
+        ends = q0[passive] + back @ data.efc_pos[: data.ne]
+        J[:, passive] = 0
+        rates = back @ J
+        factors = np.where(abs(rates - np.rint(rates)) < TOLERANCE, np.rint(rates), rates)
+        for j, line, at in zip(passive, factors, ends, strict=True):
+            terms = [(self._joint_names[k], _exact(line[k])) for k in np.flatnonzero(line)]
+            if terms:
+                out[self._joint_names[j]] = tuple(terms), _exact(at - line @ q0)
         return out
 
     def _joint(self, k: int, parent: str, child: str, xyz: FloatArray, rpy: Triple) -> UrdfJoint:
@@ -287,8 +308,9 @@ class MjcfTree:
         place = {name: k for k, name in enumerate(self._joint_names)}
         total = own + added
         for follower in self.mimics:
-            leader, factor, _ = self._followed(follower)
-            added[place[leader]] += abs(factor) ** _ORDERS * total[place[follower]]
+            if total[place[follower]].any():
+                leader, factor, _ = self._followed(follower)
+                added[place[leader]] += abs(factor) ** _ORDERS * total[place[follower]]
         used = ((self._used * x).tolist() for x in (added, own + added))
         rows = (zip(self._joint_names, (Losses(*row) for row in x), strict=True) for x in used)
         more, every = map(dict, rows)
@@ -316,13 +338,19 @@ class MjcfTree:
         return out
 
     def _followed(self, joint: str) -> tuple[str, float, float]:
-        """Return the joint that a follower ends at, with q = factor q_leader + offset."""
-        factor, offset = 1.0, 0.0
-        while joint in self.mimics:
-            joint, c, d = self.mimics[joint]
-            offset += factor * float(d)
-            factor *= float(c)
-        return joint, factor, offset
+        """Return the joint that a follower follows, with q = factor q_leader + offset.
+
+        Raises:
+            RobotError: it follows two joints.
+        """
+        terms, offset = self.mimics.get(joint, (((joint, sp.S.One),), sp.S.Zero))
+        if len(terms) > 1:
+            raise RobotError(
+                f"joint {shortened(joint)!r} follows two joints; accepted: such a joint without "
+                "springs, armature, damping and friction"
+            )
+        ((leader, factor),) = terms
+        return leader, float(factor), float(offset)
 
     def _springs(self) -> dict[str, FloatArray]:
         """Return the torque of the springs of each joint with some: c0 + c1 q + c2 q^2 + c3 q^3.
@@ -333,9 +361,9 @@ class MjcfTree:
         m, out = self.model, dict[str, FloatArray]()
         for k in () if self.is_off("SPRING") else np.flatnonzero(m.jnt_type >= _SLIDE):
             own = [0.0, float(m.jnt_stiffness[k]), *_row(m, "jnt_stiffnesspoly", k)]
-            leader, factor, offset = self._followed(self._joint_names[k])
             rest = float(m.qpos_spring[m.jnt_qposadr[k]])
             if any(own):
+                leader, factor, offset = self._followed(self._joint_names[k])
                 stretch = np.polynomial.Polynomial([offset - rest, factor])
                 torque = (factor * np.polynomial.Polynomial(own)(stretch)).coef
                 spring = out.setdefault(leader, np.zeros(len(own)))
@@ -352,7 +380,7 @@ class MjcfTree:
                 if value and name not in self.mimics:
                     yield name, DRAG, [value], {"p": sp.Integer(order)}
 
-    def require_open(self) -> None:
+    def _require_read(self) -> None:
         """Refuse constraints between links or joints that symgen does not read.
 
         Raises:
@@ -360,22 +388,14 @@ class MjcfTree:
         """
         import mujoco
 
-        m, followers = self.model, {self._joint_names.index(name) for name in self.mimics}
-        kinds = {int(value): name for name, value in mujoco.mjtEq.__members__.items()}
+        m = self.model
         for k in np.flatnonzero(m.eq_active0):
-            kind = kinds[int(m.eq_type[k])].removeprefix("mjEQ_").lower()
-            first, second = int(m.eq_obj1id[k]), int(m.eq_obj2id[k])
+            kind, first, second = m.eq_type[k], m.eq_obj1id[k], m.eq_obj2id[k]
             on_bodies = m.eq_objtype[k] == mujoco.mjtObj.mjOBJ_BODY
-            if kind == "joint" and first in followers:
-                continue
-            if on_bodies and max(m.body_mocapid[[first, second]]) >= 0:  # it follows the scene
-                continue
-            title = m.equality(int(k)).name
-            named = f" {shortened(title)!r}" if title else ""
-            what = "joints in proportion (polycoef of two numbers), or --fix JOINT=VALUE"
-            if kind != "joint":
-                what = "an open tree, or a robot.toml with [[loop]] for a parallelogram"
-            raise RobotError(f"the {kind} equality{named} is not read; accepted: {what}")
+            if on_bodies and max(m.body_mocapid[[first, second]]) >= 0:
+                m.eq_active0[k] = 0  # it follows the scene
+            elif kind != _CONNECT and (kind != _GEAR or any(m.eq_data[k][2:5])):
+                raise RobotError(f"{equality(m, k)} is not read; {LINEAR}")
 
     def _tendons(self) -> dict[tuple[str, str], _Tendon]:
         """Return the fixed tendons between two joints; the first has the coefficient 1."""

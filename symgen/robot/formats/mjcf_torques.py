@@ -20,6 +20,7 @@ from symgen.errors import RobotError
 from symgen.robot import dh
 from symgen.robot.body import FloatArray, pseudo_inertia
 from symgen.robot.exact_numbers import TOLERANCE
+from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported
 from symgen.robot.types import Joint, Robot
 
@@ -35,9 +36,15 @@ _RANGE = 1.0
 #: Largest difference, relative to the largest torque. Rounded angles of the file that symgen reads
 #: as fractions of pi, each within `TOLERANCE`, have a larger one.
 _SAME, _ROUNDED = 1e-9, 10 * TOLERANCE
+#: Largest opening of a loop that rounding of the file to six decimals explains, m.
+_CLOSED = 1e-5
+LINEAR = (
+    "accepted: joints in proportion (polycoef of two numbers), connect of a parallelogram with as "
+    "many actuators as free joints, or --fix JOINT=VALUE"
+)
 _TENDON = 3  # transmissions up to this type act on joints and tendons
-#: Flags of MuJoCo that switch off the forces of constraints, but for dry friction.
-_CONSTRAINTS = ("CONTACT", "EQUALITY", "LIMIT")
+#: Flags of MuJoCo that switch off contacts and limits.
+_CONSTRAINTS = ("CONTACT", "LIMIT")
 
 
 def unread(
@@ -111,7 +118,11 @@ def _states(robot: Robot) -> FloatArray:
 def _mujoco_torques(
     robot: Robot, model: Any, q: FloatArray, qd: FloatArray, qdd: FloatArray
 ) -> FloatArray:
-    """Return the torques of the movable joints by mj_inverse, with those of their followers."""
+    """Return the torques of the movable joints by mj_inverse, with those of their followers.
+
+    Raises:
+        RobotError: an equality does not hold.
+    """
     import mujoco
 
     bare = copy.copy(model)
@@ -123,7 +134,7 @@ def _mujoco_torques(
     places = [ids[joint.name] for joint in moving]
     q_at, v_at = bare.jnt_qposadr[places], bare.jnt_dofadr[places]
     ratio, offset = _ratios(robot, moving), [float(joint.offset) for joint in moving]
-    out = np.zeros_like(q)
+    out, gaps = np.zeros_like(q), list[FloatArray]()
     with quiet():
         data = mujoco.MjData(bare)
         for tau, position, speed, rate in zip(out, q, qd, qdd, strict=True):
@@ -131,8 +142,21 @@ def _mujoco_torques(
             data.qvel[v_at] = ratio @ speed
             data.qacc[v_at] = ratio @ rate
             mujoco.mj_inverse(bare, data)
-            tau[:] = ratio.T @ data.qfrc_inverse[v_at]
+            gaps.append(abs(data.efc_pos[: data.ne]))
+            tau[:] = ratio.T @ (data.qfrc_inverse + data.qfrc_constraint)[v_at]
+    opening = np.max(gaps, axis=0)
+    if opening.max(initial=0.0) > _CLOSED:
+        what = f"{equality(bare, data.efc_id[opening.argmax()])} is off by {opening.max():.2g}"
+        raise RobotError(f"{what} (m or rad) as the joints move; {LINEAR}")
     return out
+
+
+def equality(model: Any, k: Any) -> str:
+    """Return kind and name of an equality."""
+    import mujoco
+
+    kind = mujoco.mjtEq(model.eq_type[k]).name.removeprefix("mjEQ_").lower()
+    return f"the {kind} equality {shortened(model.equality(k).name or f'number {k + 1}')!r}"
 
 
 def disabling(part: str) -> int:

@@ -28,7 +28,16 @@ from symgen.robot import dh, expressions
 from symgen.robot.body import Body, Dynamics, JointDynamics, merge_bodies
 from symgen.robot.exact_numbers import context
 from symgen.robot.expressions import shortened
-from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint, many
+from symgen.robot.formats.chain import (
+    ORIGIN,
+    Chain,
+    Inertial,
+    Mimic,
+    Triple,
+    Urdf,
+    UrdfJoint,
+    many,
+)
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
 from symgen.robot.imported import Imported
 from symgen.robot.types import MAX_JOINTS
@@ -319,16 +328,13 @@ def _end(joint: Element, key: str) -> str:
     return end.attributes["link"]
 
 
-def _mimic(mimic: Element | None) -> tuple[str, sp.Rational, sp.Rational] | None:
+def _mimic(mimic: Element | None) -> Mimic | None:
     if mimic is None:
         return None
     if not mimic.attributes.get("joint"):
         raise RobotError("<mimic> names no joint; it must be given")
-    return (
-        mimic.attributes["joint"],
-        _number(mimic, "multiplier", "1"),
-        _number(mimic, "offset", "0"),
-    )
+    factor = _number(mimic, "multiplier", "1")
+    return ((mimic.attributes["joint"], factor),), _number(mimic, "offset", "0")
 
 
 def _root(links: Collection[str], joints: dict[str, UrdfJoint]) -> str:
