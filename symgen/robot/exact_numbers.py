@@ -24,7 +24,7 @@ _MAX_TURNS = 4
 _LAST = 5e-16  # largest relative rounding error of an angle as a double
 _SURE = 1e-30
 _SHORT = 10  # decimals of a short decimal
-_LONG = 15  # decimals of any other number
+LONG = 15  # decimals of any other number
 _ANGLE = 1e-10  # rad
 
 
@@ -69,8 +69,11 @@ def snapped(value: Any, within: float) -> Any:
     return value if k is None else context().pi * int(k.p) / int(k.q)
 
 
-def angle(value: Any) -> sp.Expr:
-    """Write an angle as k pi/24, as k pi/2 plus a short decimal, or as a decimal."""
+def angle(value: Any, decimals: int = LONG) -> sp.Expr:
+    """Write an angle as k pi/24, as k pi/2 plus a short decimal, or as a decimal.
+
+    With fewer decimals, angles that differ by right angles have the same decimal.
+    """
     k = fraction_of_pi(value, _ANGLE)
     if k is not None:
         return k * sp.pi
@@ -78,12 +81,14 @@ def angle(value: Any) -> sp.Expr:
         short = _short(value - quarters * context().pi / 2)
         if short is not None:
             return short + sp.Rational(quarters, 2) * sp.pi
-    return _rounded(value, _LONG)
+    right = context().pi / 2
+    quarters = int(context().nint(value / right)) if decimals < LONG else 0
+    return _rounded(value - quarters * right, decimals) + sp.Rational(quarters, 2) * sp.pi
 
 
-def length(value: Any) -> sp.Expr:
+def length(value: Any, decimals: int = LONG) -> sp.Expr:
     """Write a length as a decimal, or as a short decimal times a square root over six."""
-    rounded = _rounded(value, _LONG)
+    rounded = _rounded(value, decimals)
     if abs(rounded) < _ANGLE / 100:
         return sp.S.Zero
     if (rounded * 10**_SHORT).is_Integer:

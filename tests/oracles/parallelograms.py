@@ -27,10 +27,7 @@ def rotation(draw: np.random.Generator) -> np.ndarray:
 
 
 def mjcf(seed: int, layout: str, miss: str = "", digits: int = 17) -> str:
-    """Text of an arm; its passive joints have losses where they follow one joint.
-
-    The first joint turns the loop about an axis in its plane, or perpendicular to it.
-    """
+    """Text of an arm; its passive joints have losses where they follow one joint."""
     draw = np.random.default_rng(seed)
     bodies, cut, where, passive = LAYOUTS[layout]
     plane, origin = rotation(draw), draw.uniform(-0.3, 0.3, 3)
@@ -59,7 +56,7 @@ def mjcf(seed: int, layout: str, miss: str = "", digits: int = 17) -> str:
         quat = np.zeros(4)
         mujoco.mju_mat2Quat(quat, (P.T @ R).ravel())
         axis, point = draw.normal(size=3), draw.uniform(-0.1, 0.1, 3)
-        if name == "turn":
+        if name == "turn" and draw.random() < 0.7:
             axis = R.T @ (plane[:, 2] if draw.random() < 0.3 else plane[:, :2] @ axis[:2])
         if pivot is not None:
             tilt = 0.02 if miss == "tilted" and name == "rod" else 0.0

@@ -35,6 +35,7 @@ _LIMITS = {
     "jerk": ("jerk",),
     "torque": ("effort",),
 }
+_COMPUTED = 12  # decimals of a table from rotations; parallel axes of two branches have the same
 _DUST = 1e-9  # rad: angles from computations, not from measurements
 Triple = tuple[sp.Rational, sp.Rational, sp.Rational]
 #: The joints that a joint follows with their factors, and its position with these at 0.
@@ -266,9 +267,10 @@ class Chain:
         self.frame[joint.name] = before @ screw(2, theta, r)
         angles = {"gamma": gamma, "alpha": alpha, "theta": theta}
         lengths = {"b": b, "d": d, "r": r}
+        decimals = _COMPUTED if self.urdf.computed else exact_numbers.LONG
         self.table[joint.name] = {
-            **{key: exact_numbers.angle(value) for key, value in angles.items()},
-            **{key: exact_numbers.length(value) for key, value in lengths.items()},
+            **{key: exact_numbers.angle(value, decimals) for key, value in angles.items()},
+            **{key: exact_numbers.length(value, decimals) for key, value in lengths.items()},
         }
         if not joint.fixed and max(map(abs, lengths.values())) > _FAR:
             self.far.append(repr(shortened(joint.name)))
