@@ -46,7 +46,7 @@ def places(effect: Row) -> list[Place]:
 def meets(place: Place, truth: Place) -> bool:
     """Whether an effect is that of the truth, or its part on some of the joints."""
     name, joints = place
-    return name == truth[0] and (not truth[1] or bool(joints) and joints <= truth[1])
+    return name == truth[0] and (not truth[1] or (bool(joints) and joints <= truth[1]))
 
 
 def is_delay(repair: Row) -> bool:

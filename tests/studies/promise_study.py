@@ -165,7 +165,7 @@ def adopted(effect: Row, folder: Path) -> Row:
         "probability": effect["probability"],
         "closes": effect["gap_reduction"],
         "largest": max(distances, default=None),
-        "wald": wald(list(known), folder),
+        "wald": wald(list(known), folder) if effect["in_robot_toml"] else None,
     }
 
 
