@@ -121,9 +121,10 @@ def estimated(run: Run, folder: Path) -> Row:
     if not file.exists():
         return {"exit": run.code, "error": None, "verdict": "refused", "model": ""}
     estimate = json.loads(file.read_text("utf-8"))
+    moving = estimate.get("torque_residual_in_motion")
     return {
         "exit": run.code,
-        "error": estimate["torque_residual_in_motion"]["relative"],
+        "error": (moving or estimate["torque_residual"]["validation"])["relative"],
         "verdict": estimate["verdict"],
         "model": f"{estimate['model']} {estimate['method']}",
         "headline": estimate["headline"].split(" | ")[0],
