@@ -5,10 +5,11 @@
 Each folder with truth.json below CASES is a case: robot.toml, train.npz and validation.npz. Its
 truth is pairs of name and joints (no joints: any), `any_of` (one of them is enough), and `allow`
 (names that may be adopted beside it). A case is right if every name of its truth is adopted, or is
-one that the data cannot distinguish from an adopted one, or is a delay under `repairs`. The truth
-"unnamed" is right where it is adopted, or where the verdict says that no name explains the error.
-Everything else that is adopted is false. Where something is not found, the case is wrong if
-something false is adopted, else it misses it. OUT.json has all figures, OUT.md the tables.
+one that the data cannot distinguish from an adopted one, or is a delay or a fault of speeds under
+`repairs`. The truth "unnamed" is right where it is adopted, or where the verdict says that no name
+explains the error. Everything else that is adopted is false. Where something is not found, the case
+is wrong if something false is adopted, else it misses it. OUT.json has what was named, OUT.md the
+tables; `--more` judges what OUT.json has, and runs the rest.
 """
 
 from __future__ import annotations
@@ -28,6 +29,13 @@ Row = dict[str, Any]
 #: A name with a set of joints; no joints stand for any.
 Place = tuple[str, frozenset[int]]
 NAMELESS = "unnamed"
+#: Today's names of what a truth calls otherwise.
+RENAMED = {
+    "link_length_error": "geometry_error",
+    "tachometer_gain_error": "velocity_sensor_error",
+}
+#: What OUT.json keeps of a diagnosis.
+KEPT = ("verdict", "gap", "effects", "repairs")
 #: Verdicts that say that no known effect explains the error.
 OPEN = ("unexplained", "partly-explained")
 
@@ -49,26 +57,36 @@ def meets(place: Place, truth: Place) -> bool:
     return name == truth[0] and (not truth[1] or (bool(joints) and joints <= truth[1]))
 
 
-def is_delay(repair: Row) -> bool:
-    """Whether a repair shifted the torques."""
+def repaired(repair: Row) -> tuple[str, str]:
+    """Return the effect that a repair undoes, "" for others, and its channel."""
     kind = str(repair.get("name") or repair.get("kind") or "")
-    return "delay" in kind or any(name.startswith("DT") for name, *_ in repair.get("values", ()))
+    if "delay" in kind or any(name.startswith("DT") for name, *_ in repair.get("values", ())):
+        return "time_delay", ""
+    if kind in ("speed", "velocity_sensor_error"):
+        return "velocity_sensor_error", str(repair.get("channel", ""))
+    return "", ""
 
 
-def is_met(truth: Place, met: Sequence[Place], diagnosis: Row) -> bool:
-    """Whether the truth is found, on all its joints."""
+def is_repaired(truth: Place, repairs: Sequence[Row]) -> bool:
+    """Whether a repair undoes the truth, of all channels or of those of its joints."""
     name, joints = truth
-    if name == "time_delay" and any(map(is_delay, diagnosis.get("repairs", ()))):
-        return True
-    if name == NAMELESS and diagnosis["verdict"] in OPEN:
-        return True
+    channels = [channel for undone, channel in map(repaired, repairs) if undone == name]
+    return any(
+        channel in ("", "qd") or all(f"qd{j}" in channel.split(", ") for j in joints)
+        for channel in channels
+    )
+
+
+def is_adopted(truth: Place, met: Sequence[Place]) -> bool:
+    """Whether the truth is adopted, on all its joints."""
     covered = [place[1] for place in met if meets(place, truth)]
-    return bool(covered) and joints <= frozenset().union(*covered)
+    return bool(covered) and truth[1] <= frozenset().union(*covered)
 
 
 def judge(truth: Row, diagnosis: Row) -> Row:
     """Compare a diagnosis with the truth of its case."""
-    wanted = [(name, frozenset(joints)) for name, joints in truth["truth"]]
+    wanted = [(RENAMED.get(name, name), frozenset(joints)) for name, joints in truth["truth"]]
+    repairs, is_open = diagnosis.get("repairs", ()), diagnosis["verdict"] in OPEN
     adopted = [e for e in diagnosis["effects"] if e["adopted"]]
     suspected = [e for e in diagnosis["effects"] if not e["adopted"]]
 
@@ -77,49 +95,64 @@ def judge(truth: Row, diagnosis: Row) -> Row:
         return any(meets(place, one) for place in known for one in wanted)
 
     met = [place for e in adopted for place in places(e)]
-    missing = [one for one in wanted if not is_met(one, met, diagnosis)]
+    undone = [one for one in wanted if is_repaired(one, repairs)]
+    left = [one for one in wanted if one not in undone and not is_adopted(one, met)]
+    missing = [one for one in left if not (one[0] == NAMELESS and is_open)]
     if truth["any_of"] and len(missing) < len(wanted):
         missing = []
     false = [e for e in adopted if not is_true(e) and e["name"] not in truth["allow"]]
     found = not missing and (wanted or not false)
     return {
+        "truth": [label(name, joints) for name, joints in wanted],
         "result": "right" if found else "wrong" if false else "missing",
         "missing": [label(name, joints) for name, joints in missing],
         "false": [label(e["name"], e["joints"]) for e in false],
         "adopted": [label(e["name"], e["joints"]) for e in adopted],
         "suspected": [label(e["name"], e["joints"]) for e in suspected],
         "suspected_false": sum(not is_true(e) for e in suspected),
-        "delay_repaired": any(map(is_delay, diagnosis.get("repairs", ()))),
+        "repaired": [label(name, joints) for name, joints in undone],
     }
 
 
 def attempt(folder: Path) -> Row:
     """Diagnose a case."""
-    truth = json.loads((folder / "truth.json").read_text("utf-8"))
     train, held = folder / "train.npz", folder / "validation.npz"
-    about = {"case": f"{folder.parent.name}/{folder.name}", "robot": truth["robot"]}
-    about["truth"] = [label(name, joints) for name, joints in truth["truth"]]
+    row: Row = {"case": f"{folder.parent.name}/{folder.name}"}
+    row["given"] = json.loads((folder / "truth.json").read_text("utf-8"))
     begin = time.process_time()
     try:
         found = symgen.diagnose(folder / "robot.toml", [train], validation=[held])
     except symgen.SymgenError as error:
-        return about | {"result": "refused", "verdict": str(error)}
-    diagnosis = found.to_json()
+        return row | {"refused": str(error)}
+    row["seconds"] = time.process_time() - begin
+    row["diagnosis"] = {key: found.to_json().get(key, ()) for key in KEPT}
+    return row
+
+
+def judged(row: Row) -> Row:
+    """Return a row with its result."""
+    if "refused" in row:
+        return row | {"result": "refused", "truth": [], "verdict": row["refused"]}
+    diagnosis = row["diagnosis"]
     gap = diagnosis["gap"]["in_motion"]
-    about |= {"before": gap["before"]["total"], "after": gap["after"]["total"]}
-    about |= {"verdict": diagnosis["verdict"], "seconds": time.process_time() - begin}
-    return about | judge(truth, diagnosis)
+    errors = [gap["before"]["total"], gap["after"]["total"]]
+    about = {"verdict": diagnosis["verdict"], "errors": errors}
+    return row | about | judge(row["given"], diagnosis)
 
 
-HEADER = "case | truth | result | verdict | before, after | adopted | false | missing | suspected"
+HEADER = (
+    "case | truth | result | verdict | before, after | adopted | repaired | false | missing | "
+    "suspected"
+)
 
 
 def line_of(row: Row) -> str:
     """Return the row of the table."""
-    errors = [f"{100 * row[key]:.3g}" for key in ("before", "after") if key in row]
-    names = [", ".join(row.get(key, ())) for key in ("adopted", "false", "missing", "suspected")]
-    begin = [f"{row['case']} {row['robot']}", ", ".join(row["truth"]), row["result"]]
-    return f"| {' | '.join([*begin, row['verdict'], ', '.join(errors), *names])} |"
+    errors = ", ".join(f"{100 * error:.3g}" for error in row.get("errors", ()))
+    lists = ("adopted", "repaired", "false", "missing", "suspected")
+    names = [", ".join(row.get(key, ())) for key in lists]
+    begin = [f"{row['case']} {row['given']['robot']}", ", ".join(row["truth"]), row["result"]]
+    return f"| {' | '.join([*begin, row['verdict'], errors, *names])} |"
 
 
 def summary(rows: Sequence[Row]) -> Iterator[str]:
@@ -133,18 +166,23 @@ def summary(rows: Sequence[Row]) -> Iterator[str]:
     suspected = sum(len(row.get("suspected", ())) for row in rows)
     others = sum(row.get("suspected_false", 0) for row in rows)
     yield f"- suspected: {suspected}, of which not in the truth: {others}"
-    accused = [r["case"] for r in rows if not r["truth"] and (r["adopted"] or r["suspected"])]
-    yield f"- cases without an effect that are accused: {len(accused)}"
+    undone = [row["case"] for row in rows if row.get("repaired")]
+    yield f"- with a truth under repairs: {len(undone)}" + (
+        f" ({', '.join(undone)})" if undone else ""
+    )
+    clean = [row for row in rows if not row["given"]["truth"]]
+    accused = [row["case"] for row in clean if row.get("adopted") or row.get("suspected")]
+    yield f"- something adopted or suspected without an effect: {len(accused)} of {len(clean)}"
     yield f"- processor time, s: {sum(row.get('seconds', 0) for row in rows):.0f}"
 
 
 def write(rows: Sequence[Row], out: Path) -> None:
-    """Write the figures and their tables."""
+    """Write what was named, and the tables."""
     out.with_suffix(".json").write_text(json.dumps(rows, indent=1), "utf-8")
     head = [f"| {HEADER} |", "|" + "---|" * (HEADER.count("|") + 1)]
-    out.with_suffix(".md").write_text(
-        "\n".join([*head, *map(line_of, rows), "", *summary(rows), ""]), "utf-8"
-    )
+    results = [judged(row) for row in rows]
+    text = "\n".join([*head, *map(line_of, results), "", *summary(results), ""])
+    out.with_suffix(".md").write_text(text, "utf-8")
 
 
 def main() -> None:
@@ -162,14 +200,14 @@ def main() -> None:
     done = {row["case"] for row in rows}
     found = {p.parent.resolve() for folder in options.folders for p in folder.rglob("truth.json")}
     for folder in sorted(found):
-        if f"{folder.parent.name}/{folder.name}" in done:
-            continue
-        if options.only and folder.name not in options.only:
+        chosen = not options.only or folder.name in options.only
+        if not chosen or f"{folder.parent.name}/{folder.name}" in done:
             continue
         rows.append(attempt(folder))
         write(rows, options.out)
-        print(line_of(rows[-1]), flush=True)
-    print("\n".join(summary(rows)))
+        print(line_of(judged(rows[-1])), flush=True)
+    write(rows, options.out)
+    print("\n".join(summary([judged(row) for row in rows])))
 
 
 if __name__ == "__main__":
