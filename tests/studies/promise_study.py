@@ -41,6 +41,8 @@ HALF_S = 5.0
 UNITS = {"t_us": 1e-6}
 #: Largest deviation of three digits; of a promise that is nearly kept.
 DIGITS, NEAR = 1e-3, 1.05
+#: Factor on the error of the simulation that is worse.
+ROUGHER = 1.1
 #: Share of the error that a bad measurement has to close; deviations of a coefficient.
 CLOSES, DEVIATIONS = 0.1, 3.0
 
@@ -116,14 +118,19 @@ def prepare(rig: Path, part: str, folder: Path) -> list[str]:
 
 
 def estimated(run: Run, folder: Path) -> Row:
-    """Return what identify ended with: exit code, error in motion, verdict, model and method."""
+    """Return what identify ended with: exit code, errors, verdict, model and method.
+
+    The error of the simulation is that of the longest horizon, which is 1 s.
+    """
     file = folder / "estimate.json"
     if not file.exists():
-        return {"exit": run.code, "error": None, "verdict": "refused", "model": ""}
+        return {"exit": run.code, "error": None, "simulation": None, "model": "refused"}
     estimate = json.loads(file.read_text("utf-8"))
     moving = estimate.get("torque_residual_in_motion")
+    horizons = estimate["uses"]["simulation"]["horizons"]
     return {
         "exit": run.code,
+        "simulation": horizons[-1]["position_error"] if horizons else None,
         "error": (moving or estimate["torque_residual"]["validation"])["relative"],
         "verdict": estimate["verdict"],
         "model": f"{estimate['model']} {estimate['method']}",
@@ -235,8 +242,9 @@ def ratio(a: float | None, b: float | None) -> float:
 
 
 HEADER = (
-    "case | before | identify | promised | delivered | ratio | exit: diagnose, next, identify | "
-    "verdict | adopted: values [deviations from zero] | suspected | s"
+    "case | before | identify | promised | delivered | ratio | simulation: identify, next | "
+    "exit: diagnose, next, identify | verdict | adopted: values [deviations from zero] | "
+    "suspected | s"
 )
 
 
@@ -244,6 +252,7 @@ def line_of(row: Row) -> str:
     """Return the row of the table."""
     codes = f"{row['exit']}, {row['next']['exit'] if row['line'] else '-'}"
     kept = ratio(row["next"]["error"], row.get("promised"))
+    simulated = percent(row["next"]["simulation"]) if row["line"] else "-"
     cells = [
         f"{row['rig']} {row['part']}",
         percent(row.get("before")),
@@ -251,6 +260,7 @@ def line_of(row: Row) -> str:
         percent(row.get("promised")),
         f"{percent(row['next']['error'])} {row['next']['model']}" if row["line"] else "no line",
         f"{kept:.3f}",
+        f"{percent(row['declared']['simulation'])}, {simulated}",
         f"{codes}, {row['declared']['exit']}",
         row["verdict"],
         "; ".join(map(described, row["effects"])),
@@ -276,6 +286,9 @@ def summary(rows: Sequence[Row]) -> Iterator[str]:
         base = [(row, row[error]["error"] if error == "declared" else row[error]) for row in lines]
         worse = [r for r, x in base if not ratio(r["next"]["error"], x) <= 1 + DIGITS]
         yield count(f"the printed line is worse than {name}", worse, lines)
+    both = [(r, r["next"]["simulation"], r["declared"]["simulation"]) for r in lines]
+    rougher = [r for r, then, now in both if now is not None and not ratio(then, now) <= ROUGHER]
+    yield count(f"its simulation after 1 s is {ROUGHER} times as far off", rougher, lines)
     same = [r for r in judged if abs(ratio(r["declared"]["error"], r["before"]) - 1) <= DIGITS]
     yield count("before is the number of identify to 0.1 %", same, judged)
     bad = [row for row in judged if row["verdict"] == "bad-measurement"]
