@@ -41,6 +41,8 @@ HALF_S = 5.0
 UNITS = {"t_us": 1e-6}
 #: Largest deviation of three digits; of a promise that is nearly kept.
 DIGITS, NEAR = 1e-3, 1.05
+#: Smallest probability that a distance is given for; that of 37 deviations.
+SMALLEST = 1e-300
 #: Factor on the error of the simulation that is worse.
 ROUGHER = 1.1
 #: Share of the error that a bad measurement has to close; deviations of a coefficient.
@@ -155,7 +157,8 @@ def wald(names: Sequence[str], folder: Path) -> float | None:
     if not np.isfinite(covariance).all():
         return None
     statistic = float(X @ np.linalg.pinv(covariance) @ X)
-    return float(norm.isf(chi2.sf(statistic, len(at)) / 2))
+    probability = chi2.sf(statistic, len(at))
+    return float(norm.isf(max(probability, SMALLEST) / 2))
 
 
 def adopted(effect: Row, folder: Path) -> Row:
