@@ -64,7 +64,7 @@ def symgen(words: Sequence[str], folder: Path) -> Run:
     """Run a command of symgen in a folder."""
     command = [sys.executable, "-m", "symgen", *words]
     with tempfile.TemporaryFile("w+") as output:
-        process = subprocess.Popen(command, cwd=folder, stdout=output, stderr=subprocess.DEVNULL)
+        process = subprocess.Popen(command, cwd=folder, stdout=output, stderr=subprocess.STDOUT)
         _, status, used = os.wait4(process.pid, 0)
         output.seek(0)
         text = output.read()
@@ -126,7 +126,9 @@ def estimated(run: Run, folder: Path) -> Row:
     """
     file = folder / "estimate.json"
     if not file.exists():
-        return {"exit": run.code, "error": None, "simulation": None, "model": "refused"}
+        said = run.text.strip().splitlines()[-1:]
+        about = {"model": "refused", "headline": "".join(said)}
+        return about | {"exit": run.code, "error": None, "simulation": None}
     estimate = json.loads(file.read_text("utf-8"))
     moving = estimate.get("torque_residual_in_motion")
     horizons = estimate["uses"]["simulation"]["horizons"]
