@@ -54,6 +54,10 @@ CAVEAT = (
     "<!-- written by symgen: base parameters do not determine link parameters; this is one link of "
     "one robot that has them -->"
 )
+_MASSLESS = (
+    '<inertial><mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
+    "</inertial>"
+)
 #: Entries of an inertia below this share of its largest entry are rounding errors.
 _ROUNDING = 1e-12
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -99,7 +103,8 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
     """Write identified values into a copy of a URDF.
 
     Links go into <inertial>, friction and rotor inertia go into <dynamics>. A fixed link without
-    <inertial> gets none; its body is added to the link that carries it. A URDF cannot contain
+    <inertial> gets a mass of 0, because PyBullet reads 1 kg otherwise, and MuJoCo the mass of its
+    collision geometry; its body is added to the link that carries it. A URDF cannot contain
     springs, offsets and couplings.
 
     Args:
@@ -117,6 +122,10 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
         found = written_bodies(chain, dynamics.bodies)
         links = {e.attributes["name"]: e for e in root.all("link")}
         edits = [inertial_edit(content, links[name], _inertial(b)) for name, b in found.items()]
+        for joint in chain.urdf.joints.values():
+            link = links.get(joint.child)
+            if joint.fixed and not joint.floats and link and not link.first("inertial"):
+                edits.append(inserted(content, link, [_MASSLESS]))
         edits += _joint_edits(content, root, chain, dynamics)
         return edited(text, edits)
 
