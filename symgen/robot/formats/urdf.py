@@ -54,9 +54,11 @@ CAVEAT = (
     "<!-- written by symgen: base parameters do not determine link parameters; this is one link of "
     "one robot that has them -->"
 )
-_MASSLESS = (
-    '<inertial><mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
-    "</inertial>"
+#: A frame without mass. Simulators replace a missing <inertial> or a mass of 0 by 1 kg, or by the
+#: mass of the collision geometry; MuJoCo reads no moment of inertia below 1e-15.
+_FRAME = (
+    '<inertial><mass value="1e-9"/><inertia ixx="1e-12" ixy="0" ixz="0" iyy="1e-12" iyz="0" '
+    'izz="1e-12"/></inertial>'
 )
 #: Entries of an inertia below this share of its largest entry are rounding errors.
 _ROUNDING = 1e-12
@@ -103,9 +105,8 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
     """Write identified values into a copy of a URDF.
 
     Links go into <inertial>, friction and rotor inertia go into <dynamics>. A fixed link without
-    <inertial> gets a mass of 0, because PyBullet reads 1 kg otherwise, and MuJoCo the mass of its
-    collision geometry; its body is added to the link that carries it. A URDF cannot contain
-    springs, offsets and couplings.
+    <inertial> gets a negligible one; its body is added to the link that carries it. A URDF cannot
+    contain springs, offsets and couplings.
 
     Args:
         text: text of the URDF. All other bytes stay the same.
@@ -125,7 +126,7 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
         for joint in chain.urdf.joints.values():
             link = links.get(joint.child)
             if joint.fixed and not joint.floats and link and not link.first("inertial"):
-                edits.append(inserted(content, link, [_MASSLESS]))
+                edits.append(inserted(content, link, [_FRAME]))
         edits += _joint_edits(content, root, chain, dynamics)
         return edited(text, edits)
 
