@@ -66,8 +66,11 @@ def export(
         raise click.UsageError(f"{listed}: accepted: both end in .urdf, or both in .xml")
     copied = _checked(source, to, bool(samples))
     found, known = exports.read_identified(estimate, robot)
+    limits = list[str]()
     for log in logs:  # read first, so that an unreadable log leaves no file
-        open_samples(log, known or read_robot(copied), reading)
+        log_robot = known or read_robot(copied)
+        opened, _ = open_samples(log, log_robot, reading)
+        limits += exports.beyond_limits(opened, log_robot, copied)
     say_progress("deriving the model, and finding link parameters")
     marked = copied.is_file() and copied.read_bytes().startswith(b"\xef\xbb\xbf")
     encoding = "utf-8-sig" if marked else "utf-8"
@@ -84,7 +87,7 @@ def export(
         first = exports.export(estimate, copied, robot, folder=to.parent, mujoco=mujoco)
         write_text(to, first.text.encode(encoding))
         paths = [to]
-    for note in first.notes:
+    for note in (*first.notes, *limits):
         say(f"note: {note}")
     if first.left_out:
         listed = ", ".join(f"{name} = {value:.3g} {unit}" for name, value, unit in first.left_out)

@@ -18,6 +18,7 @@ from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
 from symgen.codegen.values import Values, model_digest
 from symgen.data.raw import Reading
+from symgen.data.signals import Samples
 from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.torque_error import percent
@@ -50,6 +51,11 @@ _CAVEAT = (
 )
 #: The oldest MuJoCo that reads an exported file, and the first that reads higher orders.
 MUJOCO, _HIGHER = "3.0", (3, 7)
+#: Simulators that clip torques at the limits of a file.
+_CLIPS = {
+    ".urdf": "Drake, Genesis and the actuators of MuJoCo clip them",
+    ".xml": "MuJoCo and Drake clip them",
+}
 #: Largest imaginary part of a root that counts as real, relative to its size.
 _REAL = 1e-9
 #: Largest rounding error of a parameter that is written and read, as a part of the largest one.
@@ -411,6 +417,26 @@ def read_identified(
                 "with the robot.toml that was identified"
             )
     return known, robot
+
+
+def beyond_limits(log: Samples, robot: Robot, path: Path) -> Iterator[str]:
+    """Yield a note on a log with torques above the limits in a robot file.
+
+    Args:
+        log: samples of the robot.
+        robot: the robot.
+        path: path of its URDF or MJCF.
+    """
+    file = read_robot(path)
+    torques = (file.limits and file.limits.torque) or ()
+    limits = dict(zip(file.joint_names, torques, strict=False))
+    peaks = np.abs(log.tau).max(axis=0)
+    limited = [limits.get(name, math.inf) for name in robot.joint_names]
+    if any(over := peaks > limited):
+        yield (
+            f"{log.name}: torques of {robot.listed(np.flatnonzero(over))} are above the limits in "
+            f"{path.name}, where {_CLIPS[path.suffix.lower()]}"
+        )
 
 
 class FileErrors(NamedTuple):

@@ -177,6 +177,21 @@ def test_escape_bytes_of_a_name_reach_no_terminal(identified, tmp_path, command)
     assert "\x1b]" not in out + err
 
 
+def test_torques_above_the_limits_of_the_file_are_named(identified, tmp_path, command) -> None:
+    """The file limits the elbow to 40 N m and the shoulder to 50 N m."""
+    t = np.linspace(0.0, 5.0, 501)
+    motion = np.column_stack([t, np.sin(2 * t), np.cos(3 * t), 45 * np.sin(t), 45 * np.cos(t)])
+    log = tmp_path / "log.csv"
+    np.savetxt(log, motion, delimiter=",", header="t,q1,q2,tau1,tau2", comments="")
+    source, to = identified / "arm.urdf", tmp_path / "out.urdf"
+    code, out, err = command("export", identified, "--from", source, "--to", to, "--log", log)
+    assert code in (0, 1), err
+    assert (
+        "note: log.csv: torques of elbow (2) are above the limits in arm.urdf, where Drake, Genesis "
+        "and the actuators of MuJoCo clip them" in " ".join(out.split())
+    )
+
+
 def test_link_parameters_go_into_a_urdf_as_they_are(identified) -> None:
     robot = symgen.read_robot(identified / "robot.toml")
     model = symgen.derive(robot)

@@ -211,6 +211,28 @@ def test_what_is_written_is_read_again(arm, tmp_path, command) -> None:
     assert '<body name="tool" pos="0 0 0.1"/>' in text  # a frame stays a frame
 
 
+def test_a_frame_with_geometry_does_not_weigh_in_mujoco(tmp_path, command) -> None:
+    """MuJoCo gives the geometry of a URDF link without <inertial> the density of water."""
+    path, to = tmp_path / "two.urdf", tmp_path / "out.urdf"
+    tool = (
+        '<link name="tool"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
+        '</link><joint name="flange" type="fixed"><parent link="lower"/><child link="tool"/></joint>'
+    )
+    path.write_text(TWO.replace("</robot>", f"{tool}</robot>"))
+    found = read_imported(path)
+    model = symgen.derive(found.robot, ("inverse_dynamics",))
+    X = base_values(dict(found.parameters), model, "values")
+    result = write_estimate(tmp_path / "result", model, X)
+    code, _, err = command("export", result, "--from", path, "--to", to)
+    assert code == 0, err
+    q, qd, qdd = np.moveaxis(states(20, 2), 1, 0)
+    ours = symgen.load(model).inverse_dynamics(q, qd, qdd, read_parameters(to, model))
+    made = mujoco.MjModel.from_xml_path(str(to))
+    data = mujoco.MjData(made)
+    theirs = [inverse(made, data, *row) for row in zip(q, qd, qdd, strict=True)]
+    np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-6 * np.abs(ours).max())
+
+
 def test_a_joint_without_a_spring_gets_none_and_no_inertia_is_a_rounding_error(
     arm, tmp_path, command
 ) -> None:

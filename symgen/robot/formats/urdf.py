@@ -446,6 +446,8 @@ def _without_rounding(body: Body) -> Body:
 
 
 def _inertial(body: Body) -> list[str]:
+    if not body.mass and not np.any(body.inertia):
+        return [_FRAME]
     upper = [(i, k) for i in range(3) for k in range(i, 3)]
     tensor = " ".join(
         f'{key}="{float(body.inertia[i, k])!r}"' for key, (i, k) in zip(TENSOR, upper, strict=True)
