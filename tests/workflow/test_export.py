@@ -187,8 +187,8 @@ def test_torques_above_the_limits_of_the_file_are_named(identified, tmp_path, co
     code, out, err = command("export", identified, "--from", source, "--to", to, "--log", log)
     assert code in (0, 1), err
     assert (
-        "note: log.csv: torques of elbow (2) are above the limits in arm.urdf, where Drake, Genesis "
-        "and the actuators of MuJoCo clip them" in " ".join(out.split())
+        "note: log.csv: torques of elbow (2) are above the limits in arm.urdf, where Drake, "
+        "Genesis and the actuators of MuJoCo clip them" in " ".join(out.split())
     )
 
 

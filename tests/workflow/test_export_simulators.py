@@ -214,10 +214,9 @@ def test_what_is_written_is_read_again(arm, tmp_path, command) -> None:
 def test_a_frame_with_geometry_does_not_weigh_in_mujoco(tmp_path, command) -> None:
     """MuJoCo gives the geometry of a URDF link without <inertial> the density of water."""
     path, to = tmp_path / "two.urdf", tmp_path / "out.urdf"
-    tool = (
-        '<link name="tool"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
-        '</link><joint name="flange" type="fixed"><parent link="lower"/><child link="tool"/></joint>'
-    )
+    tool = """<link name="tool"><collision><geometry><box size="0.1 0.1 0.1"/></geometry>
+      </collision></link><joint name="flange" type="fixed"><parent link="lower"/>
+      <child link="tool"/></joint>"""
     path.write_text(TWO.replace("</robot>", f"{tool}</robot>"))
     found = read_imported(path)
     model = symgen.derive(found.robot, ("inverse_dynamics",))

@@ -1,4 +1,4 @@
-"""Accelerations in the Featherstone solver of Newton: python in_newton.py FILE states.json out.json"""
+"""Accelerations of Newton's Featherstone: python in_newton.py FILE states.json torques.json"""
 
 import json
 import sys

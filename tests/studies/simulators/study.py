@@ -1,6 +1,6 @@
 """What simulators do to files of `symgen export`, beside the torques of symgen's model.
 
-    python tests/studies/simulators/study.py DRAKE/bin/python:in_drake.py MJ4/bin/python:in_mujoco.py
+    python tests/studies/simulators/study.py DRAKE/bin/python:in_drake.py --robots tool_arm.urdf
 
 Each argument is the Python in which a simulator is installed, and its script. Torques of a
 simulator, from its inverse dynamics and from the accelerations that it computes, are fitted by
@@ -25,8 +25,7 @@ from typing import Any
 
 import numpy as np
 
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from oracles.gripper_arm import urdf as panda_with_fingers
 from oracles.random_urdf import random_urdf
 from oracles.urdf_arm import shipped
@@ -40,6 +39,7 @@ from symgen.identification.export import export
 from symgen.identification.parameters import base_values
 from symgen.robot.toml_io import read_imported
 
+HERE = Path(__file__).resolve().parent
 STATES, SEED = 20, 6
 #: Torques relative to the effort limits, for a look at what acts above them.
 PUSHES = (0.0, 0.5, 3.0)
