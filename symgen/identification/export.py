@@ -54,7 +54,7 @@ MUJOCO, _HIGHER = "3.0", (3, 7)
 #: Simulators that clip torques at the limits of a file.
 _CLIPS = {
     ".urdf": "Drake, Genesis and the actuators of MuJoCo clip them",
-    ".xml": "MuJoCo and Drake clip them",
+    ".xml": "MuJoCo, Drake and Genesis clip them",
 }
 #: Largest imaginary part of a root that counts as real, relative to its size.
 _REAL = 1e-9
