@@ -136,8 +136,6 @@ def check_replaceable(folder: Path, marker: str) -> None:
                 raise PackageError(f"exists and is not a folder; {accepted}")
             if folder.exists() and Path.cwd().is_relative_to(folder.resolve()):
                 raise PackageError(f"the current folder cannot be replaced; {accepted}")
-            with suppress(FileNotFoundError):
-                folder.absolute().with_name(f".{folder.absolute().name}-old").lstat()
             if not folder.is_dir() or not any(folder.iterdir()):
                 return
             record = _read_record(folder)

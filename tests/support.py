@@ -19,10 +19,17 @@ from oracles.transforms import Arm
 import symgen
 from symgen import Limits, Motion, Robot, Search, SymgenWarning, parse_robot
 from symgen.experiment.plan import Plan
+from symgen.runtime import build
 
 PROJECT = Path(__file__).resolve().parents[1]
 #: Draws which cases of a long table the default suite runs.
 SAMPLE = "1"
+
+
+def forget_compilers() -> None:
+    """Forget the compilers that were found, so that the next search looks again."""
+    build._first_working.cache_clear()
+    build._probe.cache_clear()
 
 
 def data_folder() -> Path:

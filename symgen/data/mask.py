@@ -68,24 +68,6 @@ def untouched(masked: Bools, first: Places, last: Places) -> Bools:
     return np.asarray(count[last + 1] == count[first])
 
 
-def at_rest(qd: FloatArray, step: float, sigma: Sequence[int]) -> tuple[Bools, Bools]:
-    """Find where joints are at rest: below 2 % of their largest speed for at least 0.1 s.
-
-    A reversal is not a rest. A joint that always stays below 2 % of the fastest joint of its type
-    never moves; it is not at rest either.
-
-    Args:
-        qd: (N, n) speeds in rad/s (m/s).
-        step: sampling step in s.
-        sigma: (n,) types of the joints.
-
-    Returns:
-        (N, n): at rest; and (n,): never moves.
-    """
-    slow, still = slow_speeds(np.max(np.abs(qd), axis=0), sigma)
-    return _long(np.abs(qd) <= np.maximum(slow, SLOW * 1e-300), step) & ~still, still
-
-
 def slow_speeds(largest: FloatArray, sigma: Sequence[int]) -> tuple[FloatArray, Bools]:
     """Return the speed limits of rest, rad/s (m/s), and which joints never move, (n,) each.
 

@@ -59,12 +59,6 @@ def find_compiler() -> Compiler | None:
     return _first_working(chosen, os.environ.get("CC", ""), os.environ.get("PATH", ""))
 
 
-def forget_compilers() -> None:
-    """Forget the compilers; the result of the search is otherwise cached for each environment."""
-    _first_working.cache_clear()
-    _probe.cache_clear()
-
-
 @cache
 def _first_working(wanted: str, cc: str, path: str) -> Compiler | None:
     """Return the first working compiler; `path` lists the folders of commands."""

@@ -14,12 +14,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from support import forget_compilers
 
 import symgen
 from symgen.cache import cache_folder
 from symgen.robot.tables import Limits, LogForm
 from symgen.runtime import build
-from symgen.runtime.build import Compiler, build_module, find_compiler, forget_compilers
+from symgen.runtime.build import Compiler, build_module, find_compiler
 from symgen.runtime.flags import kernel_flags, panel_flags
 
 PROJECT = Path(__file__).resolve().parents[2]

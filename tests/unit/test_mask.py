@@ -4,29 +4,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symgen.data.mask import Mask, at_rest, on_grid, saturated, untouched
+from symgen.data.mask import Mask, on_grid, saturated, untouched
 
 STEP = 0.002
 T = np.arange(0, 10, STEP)
 MOVING = np.sin(2 * np.pi * 0.5 * T)
-
-
-def holding(start, end):
-    """Speed of a joint that stops between two times."""
-    return np.where((start <= T) & (end > T), 0.0, MOVING + 1.5)
-
-
-def test_a_joint_that_stops_is_at_rest_exactly_then():
-    rest, still = at_rest(np.column_stack([holding(2, 3), MOVING]), STEP, [0, 0])
-    np.testing.assert_array_equal(rest[:, 0], (T >= 2) & (T < 3))
-    assert not still.any()
-
-
-def test_a_joint_that_is_held_all_along_is_still_and_not_at_rest():
-    noise = 1e-3 * np.random.default_rng(0).normal(size=len(T))
-    rest, still = at_rest(np.column_stack([MOVING, 0 * T, noise]), STEP, [0, 0, 0])
-    np.testing.assert_array_equal(still, [False, True, True])
-    assert not rest.any()
 
 
 def test_a_torque_is_saturated_at_its_limit_and_where_it_is_stuck():

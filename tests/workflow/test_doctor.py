@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from support import forget_compilers
 
 from symgen.runtime import doctor
-from symgen.runtime.build import forget_compilers
 
 
 def _named() -> dict[str, doctor.Finding]:
