@@ -48,14 +48,14 @@ _COMMANDS = set(
 _FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())
 #: Words of a name, also inside MotorTorque.
 _TOKEN = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+")
-#: Role -> joint (from 0) -> log column.
-Groups = dict[str, dict[int, str]]
+#: Role -> joint (from 0) -> place of its column in the file.
+Groups = dict[str, dict[int, int]]
 # column name of an array in a message
 _INDEXED = re.compile(r"(|.*[^A-Za-z])([A-Za-z]+)[\W_]*([0-9]+)\W*")
 # column of a joint's name, or of a list of names
 _NAMES = re.compile(r"(|.*[^A-Za-z])name(?:[\W_]*([0-9]+)\W*)?")
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
-#: Position of a joint in the robot -> column, for one pattern.
+#: Position of a joint in the robot -> name of its column, for one pattern.
 Pattern = dict[int, str]
 
 
@@ -140,160 +140,165 @@ def with_joints(path: Path, form: CsvForm, wanted: Wanted) -> list[str]:
     return header
 
 
-def assigned(
-    stored: Sequence[str], file: str, wanted: Wanted
-) -> tuple[list[str], Groups, tuple[str, ...]]:
+def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, tuple[str, ...]]:
     """Assign roles to the columns of a table.
 
     Returns:
-        Log names in the order of `stored`, log columns by role and joint, and notes on automatic
-        matches.
+        Places of the columns by role and joint, and notes on automatic matches.
 
     Raises:
         LogError: a column is missing, or occurs twice.
     """
     names = [name.strip() for name in stored]
     wanted = replace(wanted, joints=wanted.reading.joints or wanted.joints)
-    columns = dict(wanted.reading.pairs)
-    patterns = {o: columns.pop(o) for o, theirs in [*columns.items()] if "*" in theirs and o != "t"}
-    for ours, theirs in columns.items():
-        if ours not in ("t", *IMU) and NUMBERED.fullmatch(ours) is None:
+    columns = _named_as_a_log(names)
+    patterns, matches = {}, []
+    for ours, theirs in wanted.reading.pairs.items():
+        if "*" in theirs and ours != "t":
+            patterns[ours] = theirs
+            continue
+        place = _place(ours)
+        if place is None:
             refuse(f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
         if theirs not in names:
             refuse(f"there is no column {theirs!r} (--columns {ours})", listed(names))
-    ours_of = {theirs: ours for ours, theirs in columns.items()}
-    given = [
-        ours_of.get(name, f"{name} (of the file)" if name in columns else name) for name in names
-    ]
-    # A header with a unit, q1 [deg], counts as q1 if there is only one such column.
-    bare = [split_unit(name)[0] for name in given]
-    given = [
-        own if (own == "t" or NUMBERED.fullmatch(own)) and bare.count(own) == 1 else name
-        for name, own in zip(given, bare, strict=True)
-    ]
-    from_zero = [role for role in ROLES if f"{role}0" in given]
-    for place, name in enumerate(given):
-        match = NUMBERED.fullmatch(name)
-        if match and match[1] in from_zero:
-            given[place] = f"{match[1]}{int(match[2]) + 1}"
-    found, matches = matched(given, patterns, columns, wanted)
-    groups = _groups(found, names, wanted)
-    used = {column for group in groups.values() for column in group.values()}
-    used |= {*map(rest_of, names)}  # of a time in two columns
-    spare = [own for own, name in zip(names, found, strict=True) if own and name not in used]
+        columns.setdefault(place[0], {})[place[1]] = theirs
+        matches.append(f"{ours} = {theirs}")
+    from_zero = [role for role in ROLES if 0 in columns.get(role, ())]
+    for role, have in columns.items():
+        first = 0 if role in from_zero else 1
+        columns[role] = {number - first: name for number, name in have.items()}
+    if patterns or not (columns.keys() >= {"t", "q"} and columns.keys() & {"tau", "i", "qr"}):
+        matches += _matched(names, columns, patterns, wanted)
+    _require_complete(names, columns, wanted)
+    used = {name for have in columns.values() for name in have.values()}
+    spare = [name for name in names if name and name not in used | {*map(rest_of, used)}]
+    line = ", ".join(matches)
     if matches and spare:
-        matches = f"{matches}; not used: {listed(spare)}"
-    notes = [f"columns by name: {matches}"] if matches else []
+        line = f"{line}; not used: {listed(spare)}"
+    notes = [f"columns by name: {line}"] if matches else []
     if from_zero:
         notes.append(f"{', '.join(from_zero)} count joints from 0")
-    return found, groups, tuple(f"{file}: {note}" for note in notes)
+    for name in used:
+        if (count := names.count(name)) > 1:
+            what = f"the column {_shown(name)} occurs {count} times"
+            refuse(what, f"each column once, or {NO_HEADER}")
+    groups = {
+        role: {j: names.index(name) for j, name in have.items()} for role, have in columns.items()
+    }
+    return groups, tuple(f"{file}: {note}" for note in notes)
 
 
-def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> Groups:
-    """Group column names by role and number: {"t": {0: t}, "q": {0: q1, ..}, ..}.
+def _place(column: str) -> tuple[str, int] | None:
+    """Return role and number of a log column: ("q", 1) for q1; None for another name."""
+    if column in IMU:
+        return "imu", IMU.index(column) + 1
+    match = NUMBERED.fullmatch(column)
+    return ("t", 1) if column == "t" else match and (match[1], int(match[2]))
+
+
+def _named_as_a_log(names: Sequence[str]) -> dict[str, Pattern]:
+    """Return the columns with names of a log by role and number: q1, or q1 [deg] if it is alone."""
+    units: dict[str, list[str]] = {}
+    for name in names:
+        units.setdefault(split_unit(name)[0], []).append(name)
+    out: dict[str, Pattern] = {}
+    for own, alike in units.items():
+        if (place := _place(own)) and (own in alike or len(alike) == 1):
+            out.setdefault(place[0], {})[place[1]] = own if own in alike else alike[0]
+    return out
+
+
+def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted: Wanted) -> None:
+    """Refuse columns that are no log, and drop those that are not read.
 
     Args:
-        names: log names, or names that symgen does not know.
-        stored: names of these columns in the file.
+        names: columns of the file.
+        columns: those with a role, by joint.
         wanted: the robot and the columns to read.
     """
-    for name in ("t", *IMU, *filter(NUMBERED.fullmatch, names)):
-        count = names.count(name)
-        if count > 1:
-            refuse(f"the column {name} occurs {count} times", f"each column once, or {NO_HEADER}")
-    numbered = [match for name in names if (match := NUMBERED.fullmatch(name))]
-    numbers = {
-        role: sorted(int(match[2]) for match in numbered if match[1] == role) for role in ROLES[1:]
-    }
-    measured = numbers["tau"] or (numbers["i"] if wanted.currents else []) or numbers["qr"]
-    for role, present in (("t", "t" in names), ("q1", numbers["q"]), ("tau1", measured)):
-        if role == "tau1" and not present and numbers["i"]:
+    currents = columns.get("i", {})
+    if not wanted.currents or ("tau" in columns and len(currents) != len(columns.get("q", ()))):
+        columns.pop("i", None)
+    measured = columns.keys() & {"tau", "i", "qr"}
+    for role, present in (("t", "t" in columns), ("q1", "q" in columns), ("tau1", measured)):
+        if role == "tau1" and not present and currents:
             refuse_currents()
         if not present:
-            missing = [r for r in ("q", "tau") if not numbers[r]]
+            missing = [r for r in ("q", "tau") if r not in columns]
             pairs = suggested(names, missing, wanted) or f'--columns "{_PATTERN[role]}"'
             how = f"{COLUMNS}, or {pairs}"
-            others = [
-                own
-                for own, name in zip(stored, names, strict=True)
-                if own and name != "t" and NUMBERED.fullmatch(name) is None
-            ]
+            used = [name for have in columns.values() for name in have.values()]
+            others = [name for name in names if name and name not in used]
             if role == "t" and len(others) == 1 and not {",", "="} & {*others[0]}:
                 stated = split_unit(others[0], time=True)[1]
                 unsure = "" if stated else ", if it is a time; poses need the motion between them"
                 how = f'--columns "t={plain(others[0])}"{unsure}'
-            refuse(f"there is no column {role} among {listed(stored)}", how)
-    if not wanted.currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
-        del numbers["i"]
-    groups = {"t": {0: "t"}}
-    if {*IMU} <= {*names}:
-        groups["imu"] = dict(enumerate(IMU))
-    for role, have in numbers.items():
+            refuse(f"there is no column {role} among {listed(names)}", how)
+    if len(columns.get("imu", IMU)) < len(IMU):
+        del columns["imu"]
+    for role, have in columns.items():
         if role in BESIDE:  # only some joints may have it
-            have = [number for number in have if 1 <= number <= len(numbers["q"])]
-        elif have != list(range(1, len(have) + 1)):
-            gap = ", ".join(f"{role}{number}" for number in have)
-            what = f"of the columns {role}1, {role}2, .. there are only {gap}"
+            columns[role] = {j: name for j, name in have.items() if 0 <= j < len(columns["q"])}
+        elif sorted(have) != [*range(len(have))]:
+            only = ", ".join(f"{role}{j + 1}" for j in sorted(have))
+            what = f"of the columns {role}1, {role}2, .. there are only {only}"
             refuse(what, f"{COLUMNS} of all joints")
-        if have:
-            groups[role] = {number - 1: f"{role}{number}" for number in have}
-    return groups
 
 
-def matched(
+def _matched(
     names: Sequence[str],
+    columns: dict[str, Pattern],
     patterns: Mapping[str, str],
-    single: Mapping[str, str],
     wanted: Wanted,
-) -> tuple[list[str], str]:
-    """Rename columns of a recorder to those of a log; columns with log names stay.
+) -> list[str]:
+    """Add columns of a recorder to those with a role; return the matches as texts.
 
     Args:
-        names: column names of the file.
-        patterns: patterns from the user, {"q": "*_position"}, where * is the joint.
-        single: columns from the user, {"q1": "E1.pos"}; a pattern is then of the other joints.
+        names: columns of the file.
+        columns: those with a role, by joint.
+        patterns: patterns from the user, {"q": "*_position"}, where * is the joint. It is one of
+            the joints without a column from the user.
         wanted: the robot and the columns to read.
-
-    Returns:
-        The new names, and the matches as text, or "".
 
     Raises:
         LogError: a role has several patterns, or lacks columns of joints.
     """
-    roles = {match[1] for name in names if (match := NUMBERED.fullmatch(name))}
-    matches = [f"{own} = {theirs}" for own, theirs in single.items()]
-    if not patterns and "t" in names and "q" in roles and roles & {"tau", "i", "qr"}:
-        return list(names), ", ".join(matches)  # log names; other columns are ignored
-    ours: dict[str, str] = {}
-    if "t" not in names and (time := _time(names)) is not None:
-        ours[time] = "t"
+    matches = []
+    if "t" not in columns and (time := _time(names)) is not None:
+        columns["t"] = {0: time}
         matches.append(f"t = {time}")
     of = ""
     for role in ("q", "qd", "tau", "i"):
-        has_torque = "tau" in roles or "tau1" in ours.values()
-        free = [j for j in range(len(names)) if f"{role}{j + 1}" not in single]
-        rest = wanted
-        if taken := len(names) - len(free):
-            joints = [wanted.joints[j] for j in free if j < len(wanted.joints)]
-            rest = replace(
-                wanted, n=wanted.n and wanted.n - taken, joints=joints, sigma=(), fixed=()
-            )
-        if role in patterns:
-            pattern, columns = patterns[role], _user_pattern(names, role, patterns[role], rest)
-        elif role in roles or (role == "i" and has_torque and not wanted.currents):
+        has_torque = "tau" in columns and not wanted.currents
+        if role not in patterns and (role in columns or (role == "i" and has_torque)):
             continue
+        own = {
+            j: x
+            for j, x in columns.get(role, {}).items()
+            if f"{role}{j + 1}" in wanted.reading.pairs
+        }
+        free = [j for j in range(len(names)) if j not in own]
+        rest = wanted
+        if own:
+            joints = [wanted.joints[j] for j in free if j < len(wanted.joints)]
+            n = wanted.n and wanted.n - len(own)
+            rest = replace(wanted, n=n, joints=joints, sigma=(), fixed=())
+        pattern = patterns.get(role, "")
+        if pattern:
+            found = _user_pattern(names, role, pattern, rest)
         else:
-            pattern, columns = _only_pattern(names, role, rest)
-        if columns:
-            first, last = min(columns), max(columns)
-            ours |= {column: f"{role}{free[k - first] + 1}" for k, column in columns.items()}
+            pattern, found = _only_pattern(names, role, rest)
+        if found:
+            first, last = min(found), max(found)
+            columns[role] = own | {free[k - first]: name for k, name in found.items()}
             matches.append(f"{role} = {pattern}")
             if "*" in pattern:
                 robot = ", ".join(rest.joints)
-                named = robot and short_name(rest.joints[0]) in columns[first]
+                named = robot and short_name(rest.joints[0]) in found[first]
                 numbers = f"{first} to {last} for {robot}".removesuffix(" for ")
                 of = f"; * = {robot if named else numbers}"
-    return [ours.get(name, name) for name in names], ", ".join(matches) + of
+    return [*matches[:-1], matches[-1] + of] if matches else []
 
 
 def _time(names: Sequence[str]) -> str | None:
@@ -382,36 +387,26 @@ def _refuse_missing(
     names: Sequence[str], role: str, pattern: str, columns: Pattern, wanted: Wanted
 ) -> NoReturn:
     """Refuse a pattern that lacks columns of joints, with the columns that may be theirs."""
-    joints = wanted.joints
-    missing = [k for k in range(len(joints)) if k not in columns]
-    spare = _spare(names, role, columns)
-    likely = [name for name in spare if _role(name) == role or split_unit(name)[1]]
-    theirs = {k: name for p in by_name(likely, joints).values() for k, name in p.items()}
+    missing = [k for k in range(len(wanted.joints)) if k not in columns]
+    spare = [name for name in names if _may_be(name, role) and name not in columns.values()]
     accepted = ["columns of all joints"]
     if len(spare) >= len(missing):
-        chosen = dict.fromkeys(range(len(joints)), "COLUMN") | theirs | columns
-        pairs = ",".join(f"{role}{k + 1}={_shown(name)}" for k, name in chosen.items())
-        choice = "" if theirs.keys() >= {*missing} else f" with COLUMN one of {listed(spare)}"
-        accepted.append(f'--columns "{pairs}"{choice}')
-    if role == "q" and not theirs:
-        accepted.append(how_to_hold([joints[k] for k in missing], wanted))
-    what = f"{_shown(pattern)} has no column for {', '.join(joints[k] for k in missing)}"
+        pairs = ",".join(f"{role}{k + 1}=COLUMN" for k in missing)
+        option = f'--columns "{role}={_shown(pattern)},{pairs}"'
+        accepted.append(f"{option} with COLUMN one of {listed(spare)}")
+    lacking = [wanted.joints[k] for k in missing]
+    if role == "q":
+        accepted.append(how_to_hold(lacking, wanted))
+    what = f"{_shown(pattern)} has no column for {', '.join(lacking)}"
     refuse(what, ", or ".join(accepted))
 
 
-def _spare(names: Sequence[str], role: str, columns: Pattern) -> list[str]:
-    """Return the columns without joint, role and unit, but in a unit of the role; no times and
-    commands.
-    """
-    out = []
-    for name in names:
-        text, unit = split_unit(name)
-        tokens = _tokens(text)
-        taken = name in columns.values() or NUMBERED.fullmatch(name) or tokens & (TIMES | _COMMANDS)
-        fits = not unit or any(unit_of(unit, quantity) for quantity in QUANTITIES[role])
-        if name and not taken and fits and _role(name) in (None, role):
-            out.append(name)
-    return out
+def _may_be(name: str, role: str) -> bool:
+    """Return whether a column may be of a role: it has no other name, and no unit of another."""
+    text, unit = split_unit(name)
+    taken = _place(text) or _tokens(text) & (TIMES | _COMMANDS)
+    fits = not unit or any(unit_of(unit, quantity) for quantity in QUANTITIES[role])
+    return bool(name and not taken and fits and _role(name) in (None, role))
 
 
 def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str:

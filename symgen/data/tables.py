@@ -22,7 +22,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from symgen.data.columns import assigned, with_joints
+from symgen.data.columns import Groups, assigned, with_joints
 from symgen.data.csv_form import csv_form, read_csv
 from symgen.data.raw import (
     BESIDE,
@@ -128,20 +128,18 @@ class ColumnTable:
 
     Attributes:
         ends: row after the last one of each group of rows that is decoded at once.
-        groups: role -> joint (from 0) -> log column.
-        stored: log column -> column in the record batches.
-        names: log column -> column of the file, for messages.
+        groups: role -> joint (from 0) -> place of its column.
+        header: names of the columns of the file.
         notes: columns that were matched automatically.
-        batches: yields columns of groups of rows as Arrow record batches.
+        batches: yields columns, by their places, of groups of rows as Arrow record batches.
         units: units of its columns.
     """
 
     ends: Places
-    groups: Mapping[str, Mapping[int, str]]
-    stored: Mapping[str, str]
-    names: Mapping[str, str]
+    groups: Groups
+    header: Sequence[str]
     notes: tuple[str, ...]
-    batches: Callable[[Sequence[str], Sequence[int]], Iterator[Any]]
+    batches: Callable[[Sequence[int], Sequence[int]], Iterator[Any]]
     units: Units = IN_SI
 
     @property
@@ -156,7 +154,7 @@ class ColumnTable:
 
     def times(self) -> Iterator[NDArray[Any]]:
         """Yield the time column in batches."""
-        for batch in self.batches([self.stored["t"]], range(len(self.ends))):
+        for batch in self.batches([self.groups["t"][0]], range(len(self.ends))):
             yield self.units.seconds(_numbers(batch.column(0)))
 
     def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
@@ -165,16 +163,18 @@ class ColumnTable:
         Args:
             spans: first row and row after the last of each span, both increasing.
         """
-        used = _columns(self.groups)
-        known = set(used)
-        ignored = tuple(name for name in self.stored if name not in known)
+        columns = _columns(self.groups)
+        used = [*columns]
+        ignored = tuple(name for k, name in enumerate(self.header) if k not in columns)
+        names = {column: self.header[k] for k, column in columns.items()}
         first_group, last_group = np.searchsorted(
             self.ends, [spans[0][0], spans[-1][1] - 1], side="right"
         )
         row = int(self.ends[first_group - 1]) if first_group else 0
         chosen = range(first_group, min(last_group + 1, len(self.ends)))
-        found = self.batches([self.stored[column] for column in used], chosen)
-        held: list[tuple[int, dict[str, NDArray[Any]]]] = []  # first row and columns of each batch
+        found = self.batches(used, chosen)
+        (time,) = self.groups["t"].values()
+        held: list[tuple[int, dict[int, NDArray[Any]]]] = []  # first row and columns of each batch
         for first, last in spans:
             held = [(start, x) for start, x in held if start + len(x[used[0]]) > first]
             while row < last:
@@ -182,29 +182,34 @@ class ColumnTable:
                 if batch is None:
                     refuse(f"ends before row {last}", "a file that does not change")
                 if row + batch.num_rows > first:
-                    columns = dict(zip(used, map(_numbers, batch.columns), strict=True))
-                    columns["t"] = self.units.seconds(columns["t"])
-                    held.append((row, columns))
+                    arrays_of = dict(zip(used, map(_numbers, batch.columns), strict=True))
+                    arrays_of[time] = self.units.seconds(arrays_of[time])
+                    held.append((row, arrays_of))
                 row += batch.num_rows
             arrays: dict[str, NDArray[Any]] = {}
             for role, group in self.groups.items():
                 if role == "t":  # stamps may be integers beyond those of a double
-                    arrays[role] = _stamps(held, first, last)
+                    arrays[role] = _stamps(held, first, last, time)
                     continue
                 width = len(self.groups["q"] if role in BESIDE else group)
                 arrays[role] = self.units.si(role, _filled(held, first, last, group, width))
-            yield Raw(arrays, ignored, self.notes, self.names, self.units.conversions)
+            yield Raw(arrays, ignored, self.notes, names, self.units.conversions)
 
 
-def _columns(groups: Mapping[str, Mapping[int, str]]) -> list[str]:
-    return [column for group in groups.values() for column in group.values()]
+def _columns(groups: Groups) -> dict[int, str]:
+    """Return place -> log column of all columns with a role."""
+    return {
+        k: "t" if role == "t" else f"{role}{j + 1}"
+        for role, group in groups.items()
+        for j, k in group.items()
+    }
 
 
 def _stamps(
-    batches: Sequence[tuple[int, Mapping[str, NDArray[Any]]]], first: int, last: int
+    batches: Sequence[tuple[int, Mapping[int, NDArray[Any]]]], first: int, last: int, time: int
 ) -> NDArray[Any]:
     """Collect the times of rows first .. last (exclusive), (N,), in their type."""
-    parts = [x["t"][max(first - start, 0) : max(last - start, 0)] for start, x in batches]
+    parts = [x[time][max(first - start, 0) : max(last - start, 0)] for start, x in batches]
     out = np.concatenate(parts) if parts else np.zeros(0)
     out.setflags(write=False)
     return out
@@ -221,10 +226,10 @@ def _numbers(column: Any) -> NDArray[Any]:
 
 
 def _filled(
-    batches: Sequence[tuple[int, Mapping[str, NDArray[Any]]]],
+    batches: Sequence[tuple[int, Mapping[int, NDArray[Any]]]],
     first: int,
     last: int,
-    group: Mapping[int, str],
+    group: Mapping[int, int],
     width: int,
 ) -> FloatArray:
     """Collect columns of rows first .. last (exclusive), (N, width), read-only.
@@ -250,18 +255,18 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     """
     form = csv_form(path, wanted.reading)
     header = paired(with_joints(path, form, wanted), wanted.reading.pairs.get("t", ""))
-    names, groups, notes = assigned(header, path.name, wanted)
-    # Column numbers as names: names of the file may occur twice.
-    stored = {name: str(k) for k, name in enumerate(names)}
-    time = header[int(stored["t"])]
+    groups, notes = assigned(header, path.name, wanted)
+    used = _columns(groups)
+    time = header[groups["t"][0]]
     rest = "" if time in form.header else rest_of(time)
-    table = read_csv(path, form, {stored[name]: name for name in _columns(groups)}, rest)
+    table = read_csv(path, form, {str(k): name for k, name in used.items()}, rest)
     changed = [] if (form.separator, form.decimal) == (",", ".") else [form.shown]
     lines = (f"{path.name}: {note}" for note in (*form.notes, *changed))
-    full = {name: own + unit for name, own, unit in zip(names, header, form.units, strict=False)}
+    full = [own + unit for own, unit in zip(header, form.units, strict=True)]
+    # Places as names: names of the file may occur twice.
     return ColumnTable(
-        np.array([table.num_rows]), groups, stored, full,
-        (*lines, *notes), lambda columns, _: iter(table.select(columns).to_batches()),
+        np.array([table.num_rows]), groups, full, (*lines, *notes),
+        lambda columns, _: iter(table.select([*map(str, columns)]).to_batches()),
     )  # fmt: skip
 
 
@@ -275,22 +280,24 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
 
     schema, about = file.schema_arrow, file.metadata
     elements = _elements(file)
-    names, groups, notes = assigned([*elements], Path(name).name, wanted)
-    used, stored = _columns(groups), dict(zip(names, elements, strict=True))
-    for column in used:
-        source, place = elements[stored[column]]
+    header, sources = [*elements], [*elements.values()]
+    groups, notes = assigned(header, Path(name).name, wanted)
+    used = _columns(groups)
+    for k, column in used.items():
+        source, place = sources[k]
         kind = schema.field(source).type
         kind = kind if place is None else kind.value_type
         numeric = pa.types.is_integer(kind) or pa.types.is_floating(kind)
         stamps = pa.types.is_timestamp(kind) or pa.types.is_duration(kind)
         if not (numeric or (column == "t" and stamps)):
-            refuse(f"column {shown(column, stored)} holds {kind}", "floats or integers")
+            what = f"column {shown(column, {column: header[k]})} holds {kind}"
+            refuse(what, "floats or integers")
     if not is_remote(name):
         require_size(Path(name), 8 * about.num_rows * len(used))
     sizes = [about.row_group(k).num_rows for k in range(about.num_row_groups)]
     return ColumnTable(
-        np.cumsum(sizes, dtype=np.int64), groups, stored, stored, notes,
-        lambda columns, chosen: _picked(file, [elements[c] for c in columns], chosen),
+        np.cumsum(sizes, dtype=np.int64), groups, header, notes,
+        lambda columns, chosen: _picked(file, [sources[k] for k in columns], chosen),
     )  # fmt: skip
 
 
