@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 @click.option("--samples", type=click.IntRange(1), help="Write this many files, with parameters "
               "drawn from their distribution.")  # fmt: skip
 @click.option("--seed", type=int, default=0, help="Of the draws of --samples; default 0.")
-@click.option("--mujoco", metavar="VERSION", default="3.0", help="Oldest MuJoCo that has to read "
-              "the MJCF; dampers and springs of higher order need 3.7.")  # fmt: skip
+@click.option("--mujoco", type=click.Choice(["3.0", "3.7"]), default="3.0", help="Oldest MuJoCo "
+              "that reads the MJCF; dampers and springs of higher order need 3.7.")  # fmt: skip
 @partial(reading_options, start="--start")
 def export(
     estimate: Path,
@@ -84,7 +84,7 @@ def export(
         table = {"schema": exports.SAMPLES, "seed": seed, "files": [*files], "parameters": values}
         write_folder(to, {**files, exports.MARKER: json_text(table).encode()}, exports.MARKER)
     else:
-        first = exports.export(estimate, copied, robot, folder=to.parent, mujoco=mujoco)
+        first = exports.export(estimate, copied, robot, folder=to.parent, higher=mujoco == "3.7")
         write_text(to, first.text.encode(encoding))
         paths = [to]
     for note in (*first.notes, *limits):

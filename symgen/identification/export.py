@@ -41,7 +41,7 @@ from symgen.robot.formats.xml import relocated
 from symgen.robot.imported import read_text
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import Robot
+from symgen.robot.types import Joint, Robot
 
 #: Schema and name of the file that lists the parameters of drawn robots.
 SAMPLES, MARKER = "symgen.samples/1", "samples.json"
@@ -49,8 +49,6 @@ _CAVEAT = (
     "base parameters do not determine link parameters: these are one of infinitely many sets that "
     "give the same torques, and a single mass or centre need not be the robot's"
 )
-#: The oldest MuJoCo that reads an exported file, and the first that reads higher orders.
-MUJOCO, _HIGHER = "3.0", (3, 7)
 #: Simulators that clip torques at the limits of a file.
 _CLIPS = {
     ".urdf": "Drake, Genesis and the actuators of MuJoCo clip them",
@@ -144,7 +142,7 @@ def identified_file(
         nearest=estimate.covariance,
     )
     mjcf = path.suffix.lower() == ".xml"
-    dynamics, polynomial = _dynamics(model.robot, links, higher and mjcf)
+    dynamics, contained = _dynamics(model.robot, links, higher and mjcf)
     notes = [f"link parameters in {path.name}: {_CAVEAT}"]
     if links.sigmas > 0:
         notes.append(
@@ -159,9 +157,6 @@ def identified_file(
             )
     if mjcf:
         text = updated_mjcf(path, dynamics)
-        contained = {f"{kind}{c.second}" for kind in COUPLING for c in dynamics.couplings}
-        contained |= {f"OF{joint.joint}" for joint in dynamics.joints if joint.stiffness}
-        contained |= {*_springs(model.robot).values(), *polynomial}
     else:
         text, _ = read_text(path, "accepted: a .urdf")
         text, contained = updated_urdf(text, dynamics, str(path)), set()
@@ -212,7 +207,7 @@ def _require_read(text: str, path: Path, model: Model, values: Mapping[str, floa
             )
 
 
-def _dynamics(robot: Robot, links: LinkParameters, higher: bool) -> tuple[Dynamics, frozenset[str]]:
+def _dynamics(robot: Robot, links: LinkParameters, higher: bool) -> tuple[Dynamics, set[str]]:
     """Return the parameters of a robot that a robot file can hold.
 
     Args:
@@ -221,77 +216,61 @@ def _dynamics(robot: Robot, links: LinkParameters, higher: bool) -> tuple[Dynami
         higher: whether the file can hold dampers and springs of higher order.
 
     Returns:
-        The parameters, and the names of those of higher order and of the springs with them.
+        The parameters, and the names of those of effects and couplings.
     """
-    springs = _springs(robot)
-    polynomial = set[str]()
-
-    def value(name: str) -> float:
-        return float(links.values.get(name, 0.0))
-
-    joints = []
-    for joint in robot.movable:
-        k = joint.number
-        losses = value(f"{names.ROTOR}{k}"), value(f"FV{k}"), value(f"FS{k}")
-        stiffness = max(value(springs[k]), 0.0) if k in springs else 0.0
-        rest = -value(f"OF{k}") / stiffness if stiffness else 0.0
-        plain = JointDynamics(k, *losses, stiffness, rest)
-        joints.append(_with_higher(plain, robot, links.values, polynomial) if higher else plain)
-    couplings = (
-        CouplingDynamics(
-            *c.joints,
-            float(c.ratio.subs(robot.values())),
-            *(value(f"{prefix}{c.second}") for prefix in COUPLING),
-        )
-        for c in robot.couplings
-    )
-    return Dynamics(links.bodies, tuple(joints), tuple(couplings)), frozenset(polynomial)
+    written = set[str]()
+    joints = [_joint_dynamics(j, robot, links.values, higher, written) for j in robot.movable]
+    couplings = []
+    for c in robot.couplings:
+        losses = [f"{prefix}{c.second}" for prefix in COUPLING]
+        ratio = float(c.ratio.subs(robot.values()))
+        values = (links.values.get(name, 0.0) for name in losses)
+        couplings.append(CouplingDynamics(*c.joints, ratio, *values))
+        written.update(losses)
+    return Dynamics(links.bodies, tuple(joints), tuple(couplings)), written
 
 
-def _with_higher(
-    joint: JointDynamics, robot: Robot, values: Mapping[str, float], written: set[str]
+def _joint_dynamics(
+    joint: Joint, robot: Robot, values: Mapping[str, float], higher: bool, written: set[str]
 ) -> JointDynamics:
-    """Return a joint with its friction of order 2 and 3 and its cable as a spring.
+    """Return the torque of a joint, with its friction of order 2 and 3 and its springs.
 
         c0 + c1 q + c2 q^2 + c3 q^3 = stiffness x + s1 x^2 + s2 x^3,    x = q - springref
 
-    A cable without a position of rest, or on a joint with another spring, is left out.
+    A spring without a position of rest is left out.
 
     Args:
         joint: the joint.
         robot, values: the robot and its standard parameters.
-        written: receives the names of the parameters.
+        higher: whether to include those of higher order.
+        written: receives the names of the parameters of effects.
     """
-    damping = {2: 0.0, 3: 0.0}
-    for effect in robot.effects:
-        if effect.joint != joint.joint:
-            continue
-        names_of = [name for name, _ in effect.linear]
-        if effect.name == DRAG and effect.nonlinear[0][1] in damping:
-            damping[int(effect.nonlinear[0][1])] += values[names_of[0]]
-            written.update(names_of)
-        if effect.name == CABLE and not joint.stiffness:
-            names_of.insert(0, f"OF{joint.joint}")
-            torque = np.polynomial.Polynomial([values.get(name, 0.0) for name in names_of])
-            roots = np.asarray(torque.roots(), dtype=complex)
-            rests = roots.real[np.abs(roots.imag) <= _REAL * (1 + np.abs(roots))]
-            if len(rests):
-                rest = float(rests[np.abs(rests).argmin()])
-                first, second, third = (float(torque.deriv(m)(rest)) for m in (1, 2, 3))
-                joint = replace(
-                    joint,
-                    stiffness=first,
-                    stiffness_2=second / 2,
-                    stiffness_3=third / 6,
-                    springref=rest,
-                )
-                written.update(names_of)
-    return replace(joint, damping_2=damping[2], damping_3=damping[3])
-
-
-def _springs(robot: Robot) -> dict[int, str]:
-    """Return the name of the stiffness of each joint that has a spring."""
-    return {e.joints[0]: e.linear[0][0] for e in robot.effects if e.name == SPRING}
+    k = joint.number
+    prefixes = names.ROTOR, "FV", "FS", "OF"
+    armature, viscous, friction, offset = (values.get(f"{p}{k}", 0.0) for p in prefixes)
+    damping, torque, of_springs = {2: 0.0, 3: 0.0}, np.array([offset, 0, 0, 0]), {f"OF{k}"}
+    for effect in (e for e in robot.effects if e.joint == k):
+        coefficients = [name for name, _ in effect.linear]
+        if effect.name == SPRING or (effect.name == CABLE and higher):
+            torque[1 : 1 + len(coefficients)] += [values[name] for name in coefficients]
+            of_springs.update(coefficients)
+        if effect.name == DRAG and higher and effect.nonlinear[0][1] in damping:
+            damping[int(effect.nonlinear[0][1])] += values[coefficients[0]]
+            written.update(coefficients)
+    own = JointDynamics(
+        k, armature, viscous, friction, damping_2=damping[2], damping_3=damping[3]
+    )  # fmt: skip
+    spring = np.polynomial.Polynomial(torque)
+    roots = np.asarray(spring.roots(), dtype=complex)
+    rests = roots.real[np.abs(roots.imag) <= _REAL * (1 + np.abs(roots))]
+    if not len(rests):
+        return own
+    written.update(of_springs)
+    rest = float(rests[np.abs(rests).argmin()])
+    first, second, third = (float(spring.deriv(m)(rest)) for m in (1, 2, 3))
+    return replace(
+        own, stiffness=first, stiffness_2=second / 2, stiffness_3=third / 6, springref=rest
+    )
 
 
 def _not_contained(
@@ -317,7 +296,7 @@ def export(
     robot: str | Path | Robot | None = None,
     *,
     folder: str | Path | None = None,
-    mujoco: str = MUJOCO,
+    higher: bool = False,
 ) -> IdentifiedFile:
     """Return a copy of a URDF or MJCF with all parameters of an estimate that it can hold.
 
@@ -329,8 +308,7 @@ def export(
             folder of the estimate, or else the robot of `source`.
         folder: destination of the copy, for relative paths of meshes; by default the folder of
             `source`.
-        mujoco: the oldest MuJoCo that has to read an MJCF. From 3.7 on, dampers and springs of
-            higher order are written.
+        higher: whether to write dampers and springs of higher order, which MuJoCo 3.7 reads.
 
     Raises:
         RobotError: symgen cannot read a robot.
@@ -338,19 +316,7 @@ def export(
             file cannot hold its values.
     """
     known, robot = read_identified(estimate, robot)
-    higher = _version(mujoco) >= _HIGHER
     return identified_file(source, known, robot, folder=folder, higher=higher)
-
-
-def _version(text: str) -> tuple[int, ...]:
-    """Return the numbers of a version of MuJoCo.
-
-    Raises:
-        ParameterError: the text is no version.
-    """
-    if not re.fullmatch(r"[0-9]{1,4}(\.[0-9]{1,4}){1,2}", text):
-        raise ParameterError(f"MuJoCo {text!r}; accepted: a version such as {MUJOCO} or 3.7")
-    return tuple(map(int, text.split(".")))
 
 
 def export_samples(
