@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.errors import RobotError, first_of, located, message_of
+from symgen.errors import RobotError, first_of, located
 from symgen.names import ROTOR
-from symgen.robot.formats.mjcf_torques import difference, quiet
+from symgen.robot.formats.mjcf import SLIDE, compiled
+from symgen.robot.formats.mjcf_torques import difference, disabling, quiet
 from symgen.robot.toml_io import read_imported
 from symgen.runtime.simulate import Law
 
@@ -46,16 +47,8 @@ class MujocoRobot:
     """
 
     def __init__(self, path: Path, joints: Sequence[str]) -> None:
-        try:
-            import mujoco
-        except ImportError as error:
-            raise RobotError(
-                "MuJoCo is not installed; accepted: after pip install 'symgen[mjcf]'"
-            ) from error
-        self._mujoco = mujoco
         with located(path):
-            self.model = _compiled(mujoco, path)
-            m = self.model
+            m = self.model = compiled(path, [], "URDF or MJCF")
             known = {m.joint(k).name: k for k in range(m.njnt)}
             missing = [name for name in joints if name not in known]
             if missing:
@@ -64,18 +57,16 @@ class MujocoRobot:
                     f"{first_of(list(joints))}"
                 )
             places = [known[name] for name in joints]
-            free = m.jnt_type[places]
-            if not np.isin(free, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)).all():
+            if (m.jnt_type[places] < SLIDE).any():
                 raise RobotError("a joint of the log is neither hinge nor slide; accepted: these")
             is_urdf = path.suffix.lower() == ".urdf"
-            self.notes = _other_inertias(mujoco, m, path) if is_urdf else []
+            self.notes = _other_inertias(m, path) if is_urdf else []
         self._q, self._v = m.jnt_qposadr[places], m.jnt_dofadr[places]
         locked = np.setdiff1d(np.arange(m.nv), self._v)
         m.dof_armature[locked] = _HOLDING
-        off = mujoco.mjtDisableBit
-        m.opt.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_LIMIT | off.mjDSBL_ACTUATION
+        for part in ("CONTACT", "LIMIT", "ACTUATION"):
+            m.opt.disableflags |= disabling(part)
         m.opt.timestep = min(float(m.opt.timestep), _FINEST)
-        self.data = mujoco.MjData(m)
 
     def __call__(
         self, q: FloatArray, qd: FloatArray, law: Law, t: FloatArray, bounds: FloatArray
@@ -90,8 +81,10 @@ class MujocoRobot:
     def _moved(
         self, q: FloatArray, qd: FloatArray, law: Law, t: FloatArray, bounds: FloatArray
     ) -> FloatArray:
-        m, d = self.model, self.data
-        self._mujoco.mj_resetData(m, d)
+        import mujoco
+
+        m = self.model
+        d = mujoco.MjData(m)
         d.qpos[self._q], d.qvel[self._v] = q, qd
         out = np.full((len(t), len(self._q)), np.nan)
         steps = np.round((t - t[0]) / m.opt.timestep).astype(int)
@@ -103,7 +96,7 @@ class MujocoRobot:
                 continue
             at = float(t[0] + (step + 0.5) * m.opt.timestep)
             d.qfrc_applied[self._v] = law(at, d.qpos[self._q], d.qvel[self._v])
-            self._mujoco.mj_step(m, d)
+            mujoco.mj_step(m, d)
             step += 1
             if not np.isfinite(d.qpos).all() or d.time < 0.5 * step * m.opt.timestep:
                 break  # MuJoCo resets the state if it is not finite
@@ -112,31 +105,14 @@ class MujocoRobot:
         return out
 
 
-def _compiled(mujoco: Any, path: Path) -> Any:
-    """Return the model of a file; without its meshes if they are missing."""
-    try:
-        with quiet():
-            try:
-                return mujoco.MjModel.from_xml_path(str(path))
-            except ValueError:
-                spec = mujoco.MjSpec.from_file(str(path))
-                for geom in list(spec.geoms):
-                    spec.delete(geom)
-                for mesh in list(spec.meshes):
-                    spec.delete(mesh)
-                return spec.compile()
-    except (ValueError, OSError) as error:
-        raise RobotError(
-            f"MuJoCo refuses it: {message_of(error)}; accepted: URDF or MJCF"
-        ) from error
-
-
-def _other_inertias(mujoco: Any, model: Any, path: Path) -> list[str]:
+def _other_inertias(model: Any, path: Path) -> list[str]:
     """Return a note if MuJoCo has other inertias than a URDF.
 
     Raises:
         RobotError: they differ, and this MuJoCo is older than the one that reads them right.
     """
+    import mujoco
+
     found, version = read_imported(path), mujoco.__version__
     bodies = tuple(p for p in found.parameters if not p[0].startswith((ROTOR, "FV")))
     bare = copy.copy(model)

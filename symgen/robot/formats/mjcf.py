@@ -45,7 +45,8 @@ _CONNECT, _GEAR = 0, 2  # types of equalities of MuJoCo
 SPRING = "gravity_spring"
 #: Effects of springs and dampers with higher orders.
 CABLE, DRAG = "cable_torque", "nonlinear_viscous_friction"
-_SLIDE = 2  # types of joints of MuJoCo from this number on slide or turn about an axis
+#: Types of joints of MuJoCo from this number on slide or turn about an axis.
+SLIDE = 2
 _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 
 
@@ -169,7 +170,7 @@ class MjcfTree:
 
     def __init__(self, path: Path, text: str) -> None:
         self.notes: list[str] = []
-        self._path, self.model = path, _compiled(path, self.notes)
+        self._path, self.model = path, compiled(path, self.notes)
         m = self.model
         self._joint_names = [m.joint(k).name or f"joint{k + 1}" for k in range(m.njnt)]
         self.mimics = self._mimics()
@@ -302,7 +303,7 @@ class MjcfTree:
         """
         m = self.model
         own = np.zeros((m.njnt, len(Losses._fields)))
-        for k in np.flatnonzero(m.jnt_type >= _SLIDE):
+        for k in np.flatnonzero(m.jnt_type >= SLIDE):
             own[k] = _own_losses(m, "dof", m.jnt_dofadr[k])
         added = self._actuators(np.arange(m.njnt), _ON_JOINTS)
         place = {name: k for k, name in enumerate(self._joint_names)}
@@ -359,7 +360,7 @@ class MjcfTree:
         times the factor, those of its followers.
         """
         m, out = self.model, dict[str, FloatArray]()
-        for k in () if self.is_off("SPRING") else np.flatnonzero(m.jnt_type >= _SLIDE):
+        for k in () if self.is_off("SPRING") else np.flatnonzero(m.jnt_type >= SLIDE):
             own = [0.0, float(m.jnt_stiffness[k]), *_row(m, "jnt_stiffnesspoly", k)]
             rest = float(m.qpos_spring[m.jnt_qposadr[k]])
             if any(own):
@@ -467,12 +468,13 @@ class MjcfTree:
         return Inertial(_triple(centre), ORIGIN, _exact(m.body_mass[b]), values)
 
 
-def _compiled(path: Path, notes: list[str]) -> Any:
-    """Return the MuJoCo model of a file; without meshes if one is missing.
+def compiled(path: Path, notes: list[str], accepted: str = ACCEPTED) -> Any:
+    """Return the MuJoCo model of an MJCF or URDF; without meshes if one is missing.
 
     Args:
         path: path of the file.
         notes: receives a line if meshes are ignored.
+        accepted: the accepted files, for error messages.
 
     Raises:
         RobotError: MuJoCo is not installed, or refuses the file.
@@ -489,24 +491,26 @@ def _compiled(path: Path, notes: list[str]) -> Any:
         except (ValueError, OSError) as error:
             notes.append(f"meshes are left out: {message_of(error)}")
             try:
-                return _without_meshes(mujoco.MjSpec.from_file(str(path)))
+                return _without_meshes(path)
             except (ValueError, OSError):
-                what = f"MuJoCo refuses it: {message_of(error)}; accepted: {ACCEPTED}"
+                what = f"MuJoCo refuses it: {message_of(error)}; accepted: {accepted}"
                 raise RobotError(what) from error
 
 
-def _without_meshes(spec: Any) -> Any:
-    """Return the model of a file without meshes, except those that determine an inertia.
+def _without_meshes(path: Path) -> Any:
+    """Return the model of a file without meshes, except those that determine an inertia of an MJCF.
 
     Raises:
         ValueError: MuJoCo refuses it.
     """
     import mujoco
 
+    spec = mujoco.MjSpec.from_file(str(path))
+    is_urdf = path.suffix.lower() == ".urdf"
     forced = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     for geom in spec.geoms:
         body = geom.parent
-        shown = body == spec.worldbody or (body.explicitinertial and not forced)
+        shown = is_urdf or body == spec.worldbody or (body.explicitinertial and not forced)
         if shown and geom.type == mujoco.mjtGeom.mjGEOM_MESH:
             spec.delete(geom)
     used = {geom.meshname for geom in spec.geoms}
