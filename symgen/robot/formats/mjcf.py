@@ -75,8 +75,13 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
             gravity = tuple(map(_exact, tree.model.opt.gravity))
         if not any(gravity) or tree.is_off("GRAVITY"):
             raise RobotError("gravity is zero; accepted: the gravity that the robot works in")
-    robot = replace(found.robot, gravity=gravity, couplings=tree.couplings(chain))
-    values = [*found.parameters, *tree.coupled(chain)]
+    robot, values = replace(found.robot, gravity=gravity), [*found.parameters]
+    for pair, tendon in tree.tendons.items():
+        first, second = (chain.number[name] for name in pair)
+        coupling = Coupling((first, second), _exact(tendon.ratio))
+        robot = replace(robot, couplings=(*robot.couplings, coupling))
+        losses = ((f"{key}{second}", getattr(tendon.losses, x)) for key, x in COUPLING.items())
+        values += losses
     for name, effect, coefficients, constants in tree.effects():
         joint = robot.joint(chain.number[name])
         added = of_library(definitions()[effect], joint.number, joint.sigma, constants)
@@ -96,7 +101,7 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
     assumed = (*found.assumed, *_without_motor(robot, tree.model))
     read = replace(found, robot=robot, parameters=tuple(values), assumed=assumed)
     with located(where):
-        missing = unread(read, tree.model, tree.read_tendons, rounded=bool(chain.snapped))
+        missing = unread(read, tree.model, len(tree.tendons), rounded=bool(chain.snapped))
         notes = (*found.notes, *tree.notes, *missing)
     return replace(read, notes=notes)
 
@@ -145,7 +150,6 @@ def _own_losses(model: Any, of: str, k: Any) -> FloatArray:
 class _Tendon(NamedTuple):
     """A fixed tendon of length q_first + ratio q_second, with the losses of its actuators."""
 
-    place: int
     name: str
     ratio: float
     losses: Losses
@@ -413,28 +417,9 @@ class MjcfTree:
             added = self._used * self._actuators(np.array([k]), (_TENDON,))[0]
             losses = added + self._used * _own_losses(m, "tendon", k)
             if one and two and not self.mimics.keys() & {one, two} and not losses[2:4].any():
-                about = k, m.tendon(k).name, float(m.wrap_prm[path[1]])
+                about = m.tendon(k).name, float(m.wrap_prm[path[1]])
                 out[one, two] = _Tendon(*about, *(Losses(*x.tolist()) for x in (losses, added)))
         return out
-
-    @property
-    def read_tendons(self) -> list[int]:
-        """Indices of the tendons that become couplings."""
-        return [tendon.place for tendon in self.tendons.values()]
-
-    def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
-        """Return the tendons as couplings, with joint numbers."""
-        return tuple(
-            Coupling((chain.number[one], chain.number[two]), _exact(tendon.ratio))
-            for (one, two), tendon in self.tendons.items()
-        )
-
-    def coupled(self, chain: Chain) -> Iterator[tuple[str, float]]:
-        """Yield the parameters of the couplings."""
-        for (_, two), tendon in self.tendons.items():
-            number = chain.number[two]
-            for prefix, loss in COUPLING.items():
-                yield f"{prefix}{number}", getattr(tendon.losses, loss)
 
     def require_weight_on_motors(self) -> None:
         """Refuse bodies whose weight MuJoCo compensates without the actuators.

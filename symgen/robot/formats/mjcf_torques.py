@@ -47,15 +47,13 @@ _TENDON = 3  # transmissions up to this type act on joints and tendons
 _CONSTRAINTS = ("CONTACT", "LIMIT")
 
 
-def unread(
-    found: Imported, model: Any, tendons: Sequence[int], *, rounded: bool = False
-) -> list[str]:
+def unread(found: Imported, model: Any, tendons: int, *, rounded: bool = False) -> list[str]:
     """Name the content of a file that causes torques and is not read.
 
     Args:
         found: the robot and the parameters that were read.
         model: model of MuJoCo.
-        tendons: indices of the tendons that are read.
+        tendons: number of the tendons that are read.
         rounded: whether angles of the file were read as fractions of pi.
 
     Raises:
@@ -88,7 +86,7 @@ def difference(found: Imported, model: Any) -> FloatArray:
     return np.asarray(np.abs(ours - theirs).max(axis=0) / size)
 
 
-def _unread(model: Any, tendons: Sequence[int]) -> Iterator[str]:
+def _unread(model: Any, tendons: int) -> Iterator[str]:
     """Yield a note for each kind of content that can cause torques and is not read."""
     if model.body_gravcomp.any():
         yield "the gravity compensation of bodies (gravcomp) is not read"
@@ -96,11 +94,8 @@ def _unread(model: Any, tendons: Sequence[int]) -> Iterator[str]:
         yield "the density and the viscosity of the medium are not read"
     if np.any(getattr(model, "jnt_springyield", 0.0)):
         yield "springyield of joints is not read"
-    if model.ntendon > len(tendons):
-        yield (
-            f"{model.ntendon - len(tendons)} tendons of the file are not read: they are no drives "
-            "of two joints"
-        )
+    if others := model.ntendon - tendons:
+        yield f"{others} tendons of the file are not read: they are no drives of two joints"
     if (model.actuator_trntype > _TENDON).any():
         yield "armature and damping of actuators on sites and bodies are not read"
 
