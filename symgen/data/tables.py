@@ -384,35 +384,11 @@ def arrow_reads() -> AbstractContextManager[None]:
 
 
 @dataclass(frozen=True)
-class StoredArray:
-    """An uncompressed array in a file, row after row.
-
-    Attributes:
-        path: the file.
-        offset: position of its first byte.
-        shape, dtype: of the complete array.
-    """
-
-    path: Path
-    offset: int
-    shape: tuple[int, ...]
-    dtype: np.dtype[Any]
-
-    def __getitem__(self, rows: slice) -> NDArray[Any]:
-        """Read some rows."""
-        first, last, _ = rows.indices(self.shape[0])
-        size = math.prod(self.shape[1:])
-        begin = self.offset + first * size * self.dtype.itemsize
-        flat = np.fromfile(self.path, self.dtype, (last - first) * size, offset=begin)
-        return flat.reshape(last - first, *self.shape[1:])
-
-
-@dataclass(frozen=True)
 class Arrays:
     """A table with one array for each role.
 
     Attributes:
-        arrays: role -> array, with equal numbers of rows; some are in a file.
+        arrays: role -> array, with equal numbers of rows; some are maps of a file.
         ignored: as in `Raw`.
         units: units of its arrays.
     """
@@ -476,7 +452,7 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
             arrays: dict[str, Any] = {}
             for role, key in names.items():
                 if key in keys:
-                    stored = _stored(path, file, archive.zip, key, sound)
+                    stored = _stored(file, archive.zip, key, sound)
                     arrays[role] = np.asarray(archive[key]) if stored is None else stored
     except SymgenError:
         raise
@@ -499,12 +475,10 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
     return Arrays(arrays, tuple(key for key in keys if key not in used))
 
 
-def _stored(
-    path: Path, file: BinaryIO, archive: zipfile.ZipFile, key: str, sound: bool
-) -> StoredArray | None:
-    """Return the position of an array; None if it is compressed, not in C order, or damaged."""
+def _stored(file: BinaryIO, archive: zipfile.ZipFile, key: str, sound: bool) -> NDArray[Any] | None:
+    """Map an array in a file; None if it is compressed, not in C order, or damaged."""
     entry = archive.getinfo(key if key in archive.namelist() else f"{key}.npy")
-    found = _place(path, file, entry)
+    found = _mapped(file, entry)
     if found is not None and not sound:
         with archive.open(entry) as stored:  # raises if the checksum is wrong
             while stored.read(_BUFFER):
@@ -512,7 +486,7 @@ def _stored(
     return found
 
 
-def _place(path: Path, file: BinaryIO, entry: zipfile.ZipInfo) -> StoredArray | None:
+def _mapped(file: BinaryIO, entry: zipfile.ZipInfo) -> NDArray[Any] | None:
     if entry.compress_type != zipfile.ZIP_STORED or entry.flag_bits & 1:
         return None
     try:
@@ -523,13 +497,13 @@ def _place(path: Path, file: BinaryIO, entry: zipfile.ZipInfo) -> StoredArray | 
         version = npy.read_magic(file)
         read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
         shape, columns_first, dtype = read(file)
+        size = file.tell() - begin + dtype.itemsize * math.prod(shape)
+        by_rows = bool(shape) and not columns_first and not dtype.hasobject
+        if signature == _SIGNATURE and by_rows and size == entry.file_size:
+            return np.memmap(file, dtype, "r", file.tell(), shape)
     except (OSError, ValueError, struct.error):
-        return None
-    size = file.tell() - begin + dtype.itemsize * math.prod(shape)
-    by_rows = bool(shape) and min(shape) >= 0 and not columns_first and not dtype.hasobject
-    if signature != _SIGNATURE or not by_rows or size != entry.file_size or not dtype.itemsize:
-        return None
-    return StoredArray(path, file.tell(), shape, dtype)
+        pass
+    return None
 
 
 def rows_of(name: str) -> int:
@@ -544,10 +518,10 @@ def rows_of(name: str) -> int:
             if not name.lower().endswith(".npz"):
                 return sum(block.count(b"\n") for block in iter(partial(file.read, _BUFFER), b""))
             with zipfile.ZipFile(file) as archive:
-                places = [_place(Path(name), file, entry) for entry in archive.infolist()]
+                arrays = [_mapped(file, entry) for entry in archive.infolist()]
     except (pa.ArrowException, OSError, ValueError, zipfile.BadZipFile):
         return 0
-    return max((p.shape[0] if p is not None else 0 for p in places), default=0)
+    return max((len(x) for x in arrays if x is not None), default=0)
 
 
 def reads_rows(name: str) -> bool:
