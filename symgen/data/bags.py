@@ -112,13 +112,11 @@ def read_bag(path: Path, wanted: Wanted) -> Raw:
         used = [m._replace(stamp=m.received) for m in used]
     late = sum(b.stamp < a.stamp for a, b in pairwise(used))
     used.sort(key=lambda m: m.stamp)
-    orders = _orders(used, joints)
     stamps = np.array([m.stamp for m in used], dtype=np.int64)
     arrays: dict[str, FloatArray] = {}
     for role, field in fields.items():
         if field in content:
-            pairs = zip(used, orders, strict=True)
-            values = np.array([_row(m, field, order) for m, order in pairs])
+            values = np.array([_row(m, field, joints) for m in used])
             # ros2_control writes NaN for quantities without a sensor.
             if not np.isnan(values).all():
                 arrays[role] = values
@@ -239,27 +237,14 @@ def _topic(topic: str, topics: list[str], every: list[str]) -> str:
     return topic or topics[0]
 
 
-def _orders(messages: Sequence[_Message], joints: list[str]) -> list[list[int]]:
-    """Return the positions of the robot's joints in each message."""
-    known: dict[tuple[str, ...], list[int]] = {}
-    for m in messages:
-        names = tuple(m.names)
-        if names in known:
-            continue
-        if len(set(names)) < len(names):
-            refuse(f"{_when(m)}: a joint is named twice", "every joint once in a message")
-        known[names] = [names.index(name) for name in joints]
-    return [known[tuple(m.names)] for m in messages]
-
-
-def _row(m: _Message, field: str, order: list[int]) -> FloatArray:
+def _row(m: _Message, field: str, joints: Sequence[str]) -> list[float]:
     """Return one field for the robot's joints, (n,)."""
     values: FloatArray = getattr(m, field)
+    when = f"the message of {m.stamp * 1e-9:.6f} s"
+    if len({*m.names}) < len(m.names):
+        refuse(f"{when}: a joint is named twice", "every joint once in a message")
     if len(values) != len(m.names):
-        what = f"{_when(m)}: {len(values)} values of {field} for {len(m.names)} names"
+        what = f"{when}: {len(values)} values of {field} for {len(m.names)} names"
         refuse(what, "one value a name, or none")
-    return values[order]
-
-
-def _when(m: _Message) -> str:
-    return f"the message of {m.stamp * 1e-9:.6f} s"
+    of_joint = dict(zip(m.names, values, strict=True))
+    return [of_joint[joint] for joint in joints]
