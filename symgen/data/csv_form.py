@@ -150,17 +150,15 @@ def _first_sample(rows: Sequence[_Row]) -> int:
 
 
 def _names(rows: Sequence[_Row], first: int) -> int:
-    """Return the row of the names: that above the first sample with a name for most columns.
+    """Return the row of the names: the last one of words above the first sample, but for units.
 
     Raises:
         LogError: there is none.
     """
+    for k in reversed(range(first)):
+        if rows[k].words > 1 and not _has_units(rows[k]):
+            return k
     sample, after = rows[first], rows[first : first + 2][-1]
-    # the rows, or the header, may end with a separator
-    fits = [(abs(len(row.cells) - len(sample.cells)) < 2, row.words) for row in rows[:first]]
-    names = fits.index(max(fits)) if fits else 0
-    if names < first and rows[names].words > 1:
-        return names
     if sample.numbers > sample.words and sample.numbers >= after.numbers:
         refuse(f"the first line, {sample.cells[0]}.., has no names of columns", NO_HEADER)
     return first  # some names are numbers
