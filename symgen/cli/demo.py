@@ -18,7 +18,7 @@ _MARKER = "demo.json"
 @click.command()
 @into(_MARKER, required=False, default=Path("symgen-demo"), help="Folder of the results.")
 def demo(into: Path) -> None:
-    """Identify a 7-axis arm, find the effect that its model lacks, and compile the better model."""
+    """Identify a 7-axis arm, find the effect that its model lacks, and identify the better model."""
     from symgen.cli.demonstration import demonstrate
     from symgen.files import write_folder
 

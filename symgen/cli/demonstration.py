@@ -4,7 +4,6 @@ declare.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -68,14 +67,12 @@ class Demonstration:
         before: the estimate with the original robot file.
         why: the diagnosis.
         after: the estimate with the effects of the diagnosis.
-        microseconds: duration of one call of the inverse dynamics, and its backend.
     """
 
     logs: tuple[Simulation, Simulation]
     before: Estimate
     why: Diagnosis
     after: Estimate
-    microseconds: tuple[float, str]
 
     def files(self, summary: str) -> dict[str, bytes]:
         """Return the JSON with this name, the robot file, the logs and the folders of results."""
@@ -121,9 +118,6 @@ class Demonstration:
         yield f"3. symgen identify diagnosis/robot.toml {logs} --into better"
         yield f"   {_said(self.after)}"
         yield "4. symgen generate diagnosis/robot.toml --into diagnosis/generated"
-        cost, backend = self.microseconds
-        how = "compiled C" if backend == "c" else "no C compiler found, evaluated by NumPy"
-        yield f"   inverse dynamics with the spring: {cost:.2g} us a call ({how})"
 
 
 def _said(estimate: Estimate) -> str:
@@ -168,10 +162,4 @@ def demonstrate(told: Callable[[str], None]) -> Demonstration:
     why = symgen.diagnose(known, logs, validation=held)
     told("finishing: the arm with what was found")
     after = symgen.identify(why.extended, logs, validation=held)
-    told("compiling C")
-    evaluator = symgen.load(symgen.derive(why.extended, ("inverse_dynamics",)))
-    q, qd = (np.tile(x, (10, 1)) for x in (train.q[0], train.qd[0]))
-    begin = time.perf_counter()
-    evaluator.inverse_dynamics(q, qd, np.zeros_like(q), after.X)
-    cost = 1e6 * (time.perf_counter() - begin) / len(q)
-    return Demonstration((train, test), before, why, after, (cost, evaluator.backend))
+    return Demonstration((train, test), before, why, after)
