@@ -12,19 +12,19 @@ from symgen.cli.progress import stages
 from symgen.report.terminal import say
 
 _STEPS = {"simulating": 0.05, "identifying": 0.2, "diagnosing": 0.4, "finishing": 0.8}
-_MARKER = "demo.json"
+_MARKER = "diagnosis/diagnosis.json"
 
 
 @click.command()
 @into(_MARKER, required=False, default=Path("symgen-demo"), help="Folder of the results.")
 def demo(into: Path) -> None:
-    """Identify a 7-axis arm, find the effect that its model lacks, and identify the better model."""
+    """Identify a 7-axis arm, and find the effect that its model lacks."""
     from symgen.cli.demonstration import demonstrate
     from symgen.files import write_folder
 
     with stages(_STEPS) as told:
         done = demonstrate(told)
-        files = done.files(_MARKER)
+        files = done.files()
     write_folder(into, files, _MARKER)
     for line in done.lines():
         say(line)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.diagnosis.messages import on_joints
-from symgen.files import json_text
 from symgen.report.content.parts import number, percent
 from symgen.robot.builtin import library_text
 
@@ -74,8 +73,8 @@ class Demonstration:
     why: Diagnosis
     after: Estimate
 
-    def files(self, summary: str) -> dict[str, bytes]:
-        """Return the JSON with this name, the robot file, the logs and the folders of results."""
+    def files(self) -> dict[str, bytes]:
+        """Return the robot file, the logs and the folders of results."""
         from symgen import parse_robot
         from symgen.report.store import Result, result_files
 
@@ -90,11 +89,7 @@ class Demonstration:
             for name, content in result_files(result, robot).items()
         }
         logs = zip(LOGS, self.logs, strict=True)
-        told = {"schema": "symgen.demo/2", "hidden": {"name": HIDDEN, "joint": JOINT}}
-        errors = {"before": _error(self.before), "after": _error(self.after)}
-        told |= {"torque_error": errors}
         return {
-            summary: json_text(told).encode(),
             "robot.toml": FILE.encode(),
             **{name: log.file() for name, log in logs},
             **inside,

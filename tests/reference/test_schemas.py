@@ -23,8 +23,6 @@ RESULTS = [p for p in sorted(WRITTEN.iterdir()) if not p.name.startswith("manife
 #: What nothing reads again.
 ONLY_WRITTEN = {
     "symgen.trajectory/1",
-    "symgen.demo/1",
-    "symgen.demo/2",
     "symgen.comparison/1",
     "symgen.samples/1",
 }
