@@ -11,7 +11,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from itertools import islice
 from pathlib import Path
 from shlex import quote
 from typing import NoReturn
@@ -475,17 +474,12 @@ def _user_pattern(names: Sequence[str], role: str, pattern: str, wanted: Wanted)
     form = re.compile(re.escape(pattern).replace(r"\*", "(.+)", 1).replace(r"\*", r"\1"))
     texts = {split_unit(name)[0]: name for name in names} | {name: name for name in names}
     columns_by_star = {m[1]: name for text, name in texts.items() if (m := form.fullmatch(text))}
-    groups = by_name([*columns_by_star], wanted.joints) | by_number([*columns_by_star], wanted.n)
+    groups = by_number([*columns_by_star], wanted.n) | by_name([*columns_by_star], wanted.joints)
     complete = [stars for stars, columns in groups.items() if wanted.kept(len(columns))]
     if not complete:
-        what = f"--columns {role}={pattern}: no such column of every joint"
-        if len(columns_by_star) == wanted.n:
-            stars = ",".join(map(_shown, columns_by_star))
-            refuse(what, f"--joints {stars}, in the order of the robot's joints")
-        if wanted.n and len(columns_by_star) > wanted.n:
-            first = islice(columns_by_star.values(), wanted.n)
-            pairs = ",".join(f"{role}{k}={_shown(column)}" for k, column in enumerate(first, 1))
-            what = f"{pattern} has {len(columns_by_star)} columns for {wanted.n} joints"
-            refuse(what, f'--columns "{pairs}", or others')
-        refuse(what, f"a pattern with * for the joint's name or number, of {listed(names)}")
+        how = f"a pattern with * for the joint's name or number, of {listed(names)}"
+        stars = [*columns_by_star][: wanted.n]
+        if len(stars) == wanted.n:
+            how = f"--joints {','.join(map(_shown, stars))}, in the order of the robot's joints"
+        refuse(f"--columns {role}={pattern}: no such column of every joint", how)
     return {joint: columns_by_star[star] for joint, star in groups[min(complete, key=len)].items()}

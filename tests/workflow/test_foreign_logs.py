@@ -348,19 +348,24 @@ def test_joints_in_a_list_are_columns(tmp_path, kind):
         np.testing.assert_array_equal(log.tau[:, 0], COLUMNS["tau1"])
 
 
-def test_a_list_with_more_than_the_joints_is_refused_with_the_pairs(tmp_path):
+def test_a_list_with_more_than_the_joints_is_refused_with_the_option(tmp_path):
     """A gripper is often the last element."""
     lists = in_lists(COLUMNS, pa.list_(pa.float64()))
     longer = {k: pa.array([[*x.as_py(), 0.0] for x in lists[k]]) for k in lists if "obs" in k}
     path = parquet(tmp_path / "log.parquet", lists | longer)
-    q = "q1=observation.state[0],q2=observation.state[1]"
-    for columns, says in (("", '"q=observation.state[*]"'), ("q=observation.state[*]", f'"{q}"')):
+    for columns, says in (
+        ("", '"q=observation.state[*]"'),
+        ("q=observation.state[*]", "--joints 0,1"),
+    ):
         with pytest.raises(LogError) as refused:
             read(path, columns=columns)
         assert says in str(refused.value)
+    q = "q1=observation.state[0],q2=observation.state[1]"
     log = read(path, columns=f"{q},tau1=observation.effort[0],tau2=observation.effort[1]")
     np.testing.assert_array_equal(log.q[:, 1], COLUMNS["q2"])
     assert log.qd is None
+    log = read(path, columns="q=observation.state[*]", joints=("0", "1"))
+    np.testing.assert_array_equal(log.tau[:, 1], COLUMNS["tau2"])
 
 
 def test_lists_of_words_or_of_several_lengths_are_refused(tmp_path):
