@@ -7,14 +7,14 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import FORMATS, MODELS, PATH, ROBOT, WINDOW, numbers, one_of, taken
+from symgen.cli.options import FORMATS, MODELS, PATH, ROBOT, WINDOW, numbers, taken
 from symgen.cli.progress import meter, say_progress
 from symgen.report.terminal import print_result, say
 
 
 @click.command()
 @ROBOT
-@click.option("--model", default="momentum", **one_of(MODELS))
+@click.option("--model", default="momentum", type=click.Choice(MODELS))
 @click.option(
     "--for",
     "wanted",
@@ -57,7 +57,10 @@ from symgen.report.terminal import print_result, say
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Seed of the random starts.")
 @click.option(
-    "--to", default="csv", **one_of(FORMATS, "csv; or ros or urscript, to write that format too.")
+    "--to",
+    default="csv",
+    type=click.Choice(FORMATS),
+    help="csv; or ros or urscript, to write that format too.",
 )
 @click.option(
     "--into",
@@ -87,8 +90,6 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     source = symgen.read_robot(robot)
     for effect in wanted:
         source = with_effect(source, effect)
-    if to not in FORMATS:
-        raise click.UsageError(f"--to {to}: accepted: {', '.join(FORMATS)}")
     files = paths(into, options["runs"])
     page = into.with_suffix(".html")
     for path in (*files, page):

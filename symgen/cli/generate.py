@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import DTYPES, EXACT, PATH, ROBOT, TARGETS, one_of, split_list
+from symgen.cli.options import DTYPES, EXACT, PATH, ROBOT, TARGETS, split_list
 from symgen.cli.progress import meter, say_progress
 from symgen.report.terminal import print_model, say
 
@@ -20,11 +20,12 @@ _DERIVING = 0.6
 @click.command()
 @ROBOT
 @click.option("--into", type=PATH, help="Folder of the package; default generated/NAME.")
-@click.option("--target", default="all", **one_of(TARGETS))
+@click.option("--target", default="all", type=click.Choice(TARGETS))
 @click.option(
     "--dtype",
     default="double",
-    **one_of(DTYPES, "Precision of the C code: double or float."),
+    type=click.Choice(DTYPES),
+    help="Precision of the C code.",
 )
 @click.option("--kernels", help="Kernels to write, comma-separated; default all.")
 @click.option(

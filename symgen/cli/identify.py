@@ -19,7 +19,6 @@ from symgen.cli.options import (
     WINDOW,
     again,
     into,
-    one_of,
     reading_options,
     share,
 )
@@ -40,8 +39,8 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     multiple=True,
     help="Held-out log that tests the model; repeatable. Default: the last fifth of each log.",
 )
-@click.option("--model", default="auto", **one_of(("auto", *MODELS)))
-@click.option("--method", default="auto", **one_of(METHODS))
+@click.option("--model", default="auto", type=click.Choice(("auto", *MODELS)))
+@click.option("--method", default="auto", type=click.Choice(METHODS))
 @WINDOW
 @CUTOFF
 @click.option(

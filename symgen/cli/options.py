@@ -38,22 +38,6 @@ def _joined(_context: Any, _option: Any, values: tuple[str, ...]) -> str:
     return ",".join(values)
 
 
-def one_of(words: Sequence[str], text: str = "") -> dict[str, Any]:
-    """Return completion and help of an option that takes one of these words.
-
-    Args:
-        words: the accepted words.
-        text: the help; the words by default.
-    """
-    *most, last = words
-    listed = f"{', '.join(most)} or {last}."
-
-    def complete(_context: Any, _parameter: Any, incomplete: str) -> list[str]:
-        return [word for word in words if word.startswith(incomplete)]
-
-    return {"shell_complete": complete, "help": text or listed}
-
-
 def effect_names(_context: Any, _parameter: Any, incomplete: str) -> list[str]:
     """Complete EFFECT with the effects of the library."""
     from symgen.robot.effect import definitions

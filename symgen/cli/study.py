@@ -17,7 +17,6 @@ from symgen.cli.options import (
     WINDOW,
     finish,
     into,
-    one_of,
     recording_options,
 )
 from symgen.cli.progress import meter, say_progress
@@ -38,13 +37,15 @@ from symgen.cli.progress import meter, say_progress
     "--model",
     "models",
     multiple=True,
-    **one_of(MODELS, "Model to study; repeatable, default all."),
+    type=click.Choice(MODELS),
+    help="Model to study; repeatable, default all.",
 )
 @click.option(
     "--method",
     "methods",
     multiple=True,
-    **one_of(METHODS, "Method to study; repeatable, default ols, wls and iv."),
+    type=click.Choice(METHODS),
+    help="Method to study; repeatable, default ols, wls and iv.",
 )
 @WINDOW
 @click.option(
