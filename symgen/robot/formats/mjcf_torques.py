@@ -209,17 +209,15 @@ def torques(
     ]
     joints = zip(q, qd @ ratio.T, qdd @ ratio.T, strict=True)
     tau = np.array([_link_torques(robot, bodies, *state) for state in joints]) @ ratio
-    for k, joint in enumerate(robot.movable):
-        keys = names.ROTOR, "FV", "OF"
-        rotor, viscous, offset = (values.get(f"{key}{joint.number}", 0.0) for key in keys)
-        tau[:, k] += rotor * qdd[:, k] + viscous * qd[:, k] + offset
-    for pair in robot.couplings:
-        one, two = map(robot.numbers.index, (pair.first, pair.second))
-        c = float(pair.ratio)
-        speed, rate = (x[:, one] + c * x[:, two] for x in (qd, qdd))
-        force = values[f"IAM{pair.second}"] * rate + values[f"FVM{pair.second}"] * speed
-        tau[:, one] += force
-        tau[:, two] += c * force
+    # Speeds of the drives are C qd: of the motor of each joint, and of the couplings.
+    C = np.eye(robot.n + len(robot.couplings), robot.n)
+    losses = [(f"{names.ROTOR}{k}", f"FV{k}") for k in robot.numbers]
+    for row, pair in zip(C[robot.n :], robot.couplings, strict=True):
+        row[[*map(robot.numbers.index, pair.joints)]] = 1.0, float(pair.ratio)
+        losses.append((f"IAM{pair.second}", f"FVM{pair.second}"))
+    armature, damping = np.array([[values.get(key, 0.0) for key in pair] for pair in losses]).T
+    tau += (qdd @ C.T * armature + qd @ C.T * damping) @ C
+    tau += [values.get(f"OF{k}", 0.0) for k in robot.numbers]
     for effect in robot.effects:
         k = robot.numbers.index(effect.joint)
         linear = ((n, values[n]) for n, _ in effect.linear)
