@@ -27,7 +27,7 @@ from symgen.data.raw import (
     refuse,
     refuse_currents,
 )
-from symgen.data.units import QUANTITIES, TIMES, is_sum, rest_of, split_unit, unit_of
+from symgen.data.units import QUANTITIES, TIMES, in_si, is_sum, rest_of, split_unit, unit_of
 from symgen.errors import plain
 
 #: Start of the command that fixes joints; the command line inserts the file name.
@@ -150,7 +150,11 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
     """
     names = [name.strip() for name in stored]
     wanted = replace(wanted, joints=wanted.reading.joints or wanted.joints)
-    columns = _named_as_a_log(names)
+    texts = _without_units(names)
+    columns: dict[str, Pattern] = {}
+    for text, name in texts.items():
+        if place := _place(text):
+            columns.setdefault(place[0], {})[place[1]] = name
     patterns, matches = {}, []
     for ours, theirs in wanted.reading.pairs.items():
         if "*" in theirs and ours != "t":
@@ -168,7 +172,7 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
         first = 0 if role in from_zero else 1
         columns[role] = {number - first: name for number, name in have.items()}
     if patterns or not (columns.keys() >= {"t", "q"} and columns.keys() & {"tau", "i", "qr"}):
-        matches += _matched(names, columns, patterns, wanted)
+        matches += _matched(texts, columns, patterns, wanted)
     _require_complete(names, columns, wanted)
     used = {name for have in columns.values() for name in have.values()}
     spare = [name for name in names if name and name not in used | {*map(rest_of, used)}]
@@ -196,15 +200,18 @@ def _place(column: str) -> tuple[str, int] | None:
     return ("t", 1) if column == "t" else match and (match[1], int(match[2]))
 
 
-def _named_as_a_log(names: Sequence[str]) -> dict[str, Pattern]:
-    """Return the columns with names of a log by role and number: q1, or q1 [deg] if it is alone."""
-    units: dict[str, list[str]] = {}
-    for name in names:
-        units.setdefault(split_unit(name)[0], []).append(name)
-    out: dict[str, Pattern] = {}
-    for own, alike in units.items():
-        if (place := _place(own)) and (own in alike or len(alike) == 1):
-            out.setdefault(place[0], {})[place[1]] = own if own in alike else alike[0]
+def _without_units(names: Sequence[str]) -> dict[str, str]:
+    """Return the columns by their names without units; of several alike, the one in SI units."""
+    alike: dict[str, list[str]] = {}
+    for name in dict.fromkeys(names):
+        alike.setdefault(split_unit(name)[0], []).append(name)
+    out = {}
+    for text, several in alike.items():
+        preferred = [name for name in several if in_si(split_unit(name)[1])]
+        if len(several) == 1 or len(preferred) == 1:
+            out[text] = (preferred or several)[0]
+        else:
+            out |= {name: name for name in several}
     return out
 
 
@@ -246,7 +253,7 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
 
 
 def _matched(
-    names: Sequence[str],
+    texts: Mapping[str, str],
     columns: dict[str, Pattern],
     patterns: Mapping[str, str],
     wanted: Wanted,
@@ -254,7 +261,7 @@ def _matched(
     """Add columns of a recorder to those with a role; return the matches as texts.
 
     Args:
-        names: columns of the file.
+        texts: columns of the file by their names without units.
         columns: those with a role, by joint.
         patterns: patterns from the user, {"q": "*_position"}, where * is the joint. It is one of
             the joints without a column from the user.
@@ -264,7 +271,7 @@ def _matched(
         LogError: a role has several patterns, or lacks columns of joints.
     """
     matches = []
-    if "t" not in columns and (time := _time(names)) is not None:
+    if "t" not in columns and (time := _time([*texts.values()])) is not None:
         columns["t"] = {0: time}
         matches.append(f"t = {time}")
     of = ""
@@ -277,7 +284,7 @@ def _matched(
             for j, x in columns.get(role, {}).items()
             if f"{role}{j + 1}" in wanted.reading.pairs
         }
-        free = [j for j in range(len(names)) if j not in own]
+        free = [j for j in range(len(texts)) if j not in own]
         rest = wanted
         if own:
             joints = [wanted.joints[j] for j in free if j < len(wanted.joints)]
@@ -285,9 +292,9 @@ def _matched(
             rest = replace(wanted, n=n, joints=joints, sigma=(), fixed=())
         pattern = patterns.get(role, "")
         if pattern:
-            found = _user_pattern(names, role, pattern, rest)
+            found = _user_pattern(texts, role, pattern, rest)
         else:
-            pattern, found = _only_pattern(names, role, rest)
+            pattern, found = _only_pattern(texts, role, rest)
         if found:
             first, last = min(found), max(found)
             columns[role] = own | {free[k - first]: name for k, name in found.items()}
@@ -309,22 +316,11 @@ def _time(names: Sequence[str]) -> str | None:
         tokens = _tokens(split_unit(name)[0])
         if name not in parts and len(tokens & TIMES) == 1 and tokens <= TIMES | _SECONDS:
             times.append(name)
-    times = [*_in_si(times, ("time",)), *sums]
+    times = [*([t for t in times if in_si(split_unit(t)[1])] or times), *sums]
     if len(times) > 1:
         what = f"{' and '.join(map(_shown, times[:3]))} are times"
         refuse(what, f'one column t, as by --columns "t={_shown(times[0])}"')
     return times[0] if times else None
-
-
-def _in_si(names: list[str], quantities: Sequence[str]) -> list[str]:
-    """Return the names whose header has no foreign unit, or all if there are none."""
-    units = [(name, split_unit(name)[1]) for name in names]
-    preferred = [
-        name
-        for name, text in units
-        if not text or any((u := unit_of(text, q)) and not u.foreign for q in quantities)
-    ]
-    return preferred or names
 
 
 def _shown(name: str) -> str:
@@ -341,16 +337,16 @@ def _role(pattern: str) -> str | None:
     return roles[0] if len(roles) == 1 else None
 
 
-def _only_pattern(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Pattern]:
+def _only_pattern(texts: Mapping[str, str], role: str, wanted: Wanted) -> tuple[str, Pattern]:
     """Return the only pattern of a role with its columns by joint, or an empty one."""
     joints, n = wanted.joints, wanted.n
-    named = _across_units({p: c for p, c in by_name(names, joints).items() if _role(p) == role})
+    named = {p: c for p, c in by_name(texts, joints).items() if _role(p) == role}
     complete = {p: c for p, c in named.items() if len(c) == len(joints)}
     if named and not complete:
         pattern, columns = max(named.items(), key=lambda pair: len(pair[1]))
-        _refuse_missing(names, role, pattern, columns, wanted)
+        _refuse_missing(texts, role, pattern, columns, wanted)
     if not complete:
-        runs = {p: c for p, c in by_number(names, n).items() if _role(p) == role}
+        runs = {p: c for p, c in by_number(texts, n).items() if _role(p) == role}
         complete = {p: c for p, c in runs.items() if len(c) == n} or runs
         if role == "qd" and not any(wanted.kept(len(c)) for c in complete.values()):
             return "", {}  # speeds of some joints are no speeds
@@ -358,36 +354,21 @@ def _only_pattern(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str,
         if len(complete) == 1 and len(complete[only]) < (n or 0):
             what = f"{_shown(only)} has {len(complete[only])} columns for {n} joints"
             refuse(what, f'--columns "{role}1=NAME,{role}={_shown(only)}", or other pairs')
-    preferred = _in_si(list(complete), QUANTITIES[role])
-    complete = {p: c for p, c in complete.items() if p in preferred}
     if len(complete) > 1:
         first, second, *_ = map(_shown, complete)
         what = f"{role} may be {first} or {second}, with * for the joint"
         refuse(what, f'--columns "{role}={first}", or another')
-    return next(iter(complete.items()), ("", {}))
-
-
-def _across_units(patterns: Mapping[str, Pattern]) -> dict[str, Pattern]:
-    """Join patterns that differ only in their unit, such as `* [deg]` and `* [mm]` of different
-    joints.
-    """
-    alike: dict[str, list[str]] = {}
-    for pattern in patterns:
-        alike.setdefault(split_unit(pattern)[0], []).append(pattern)
-    out = dict(patterns)
-    for text, several in alike.items():
-        joints = [joint for pattern in several for joint in patterns[pattern]]
-        if len(several) > 1 and len(set(joints)) == len(joints):
-            out[text] = {k: name for pattern in several for k, name in out.pop(pattern).items()}
-    return out
+    pattern, columns = next(iter(complete.items()), ("", {}))
+    return pattern, {k: texts[text] for k, text in columns.items()}
 
 
 def _refuse_missing(
-    names: Sequence[str], role: str, pattern: str, columns: Pattern, wanted: Wanted
+    texts: Mapping[str, str], role: str, pattern: str, columns: Pattern, wanted: Wanted
 ) -> NoReturn:
     """Refuse a pattern that lacks columns of joints, with the columns that may be theirs."""
     missing = [k for k in range(len(wanted.joints)) if k not in columns]
-    spare = [name for name in names if _may_be(name, role) and name not in columns.values()]
+    others = (name for text, name in texts.items() if text not in columns.values())
+    spare = [name for name in others if _may_be(name, role)]
     accepted = ["columns of all joints"]
     if len(spare) >= len(missing):
         pairs = ",".join(f"{role}{k + 1}=COLUMN" for k in missing)
@@ -430,7 +411,7 @@ def short_name(joint: str) -> str:
     return joint.removesuffix("_joint") or joint
 
 
-def by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, Pattern]:
+def by_name(names: Iterable[str], joints: Sequence[str]) -> dict[str, Pattern]:
     """Return the patterns of columns whose names contain names of the robot's joints."""
     out: dict[str, Pattern] = {}
     place = {short_name(joint): k for k, joint in enumerate(joints) if joint}
@@ -446,7 +427,7 @@ def by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, Pattern]:
     return out
 
 
-def by_number(names: Sequence[str], n: int | None) -> dict[str, Pattern]:
+def by_number(names: Iterable[str], n: int | None) -> dict[str, Pattern]:
     """Return the patterns whose numbers run from 0 or from 1 without gaps.
 
     For a robot with one joint, a column needs no number.
@@ -467,17 +448,17 @@ def by_number(names: Sequence[str], n: int | None) -> dict[str, Pattern]:
     }
 
 
-def _user_pattern(names: Sequence[str], role: str, pattern: str, wanted: Wanted) -> Pattern:
+def _user_pattern(texts: Mapping[str, str], role: str, pattern: str, wanted: Wanted) -> Pattern:
     """Return the columns of a pattern from the user; * is the name of a joint or ends in its
     number.
     """
     form = re.compile(re.escape(pattern).replace(r"\*", "(.+)", 1).replace(r"\*", r"\1"))
-    texts = {split_unit(name)[0]: name for name in names} | {name: name for name in names}
-    columns_by_star = {m[1]: name for text, name in texts.items() if (m := form.fullmatch(text))}
+    every = {**texts, **{name: name for name in texts.values()}}
+    columns_by_star = {m[1]: name for text, name in every.items() if (m := form.fullmatch(text))}
     groups = by_number([*columns_by_star], wanted.n) | by_name([*columns_by_star], wanted.joints)
     complete = [stars for stars, columns in groups.items() if wanted.kept(len(columns))]
     if not complete:
-        how = f"a pattern with * for the joint's name or number, of {listed(names)}"
+        how = f"a pattern with * for the joint's name or number, of {listed([*texts.values()])}"
         stars = [*columns_by_star][: wanted.n]
         if len(stars) == wanted.n:
             how = f"--joints {','.join(map(_shown, stars))}, in the order of the robot's joints"

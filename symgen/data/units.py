@@ -155,6 +155,11 @@ def is_unit(text: str) -> bool:
     return _form_of(text) in _WRITTEN
 
 
+def in_si(text: str) -> bool:
+    """Return whether a text denotes a unit that needs no conversion, or none."""
+    return not text or not all(unit.foreign for unit in _WRITTEN.get(_form_of(text), ()))
+
+
 def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
     """Return a column name without its unit, and the unit: ("q1", "deg") from "q1 [deg]".
 
