@@ -390,20 +390,20 @@ class Chain:
     def _limits(self, joints: Sequence[Joint]) -> Limits | None:
         """Return the kinds of limits that all movable joints have."""
         movable = [self.urdf.joints[joint.name] for joint in joints if joint.movable]
-        ranges = [(j.limit.get("lower", 0.0), j.limit.get("upper", 0.0)) for j in movable]
-        columns: dict[str, list[tuple[Any, bool]]] = {
-            "position": [((low, high), low < high) for low, high in ranges]
+        limits: dict[str, list[Any]] = {
+            "position": [(j.limit.get("lower", 0.0), j.limit.get("upper", 0.0)) for j in movable]
         }
         for key, words in _LIMITS.items():
-            values = [min((j.limit[w] for w in words if w in j.limit), default=0) for j in movable]
-            columns[key] = [(value, value > 0) for value in values]
+            limits[key] = [
+                min((j.limit[w] for w in words if w in j.limit), default=0) for j in movable
+            ]
         read: dict[str, Any] = {}
-        for key, entries in columns.items():
-            pairs = zip(movable, entries, strict=True)
-            free = [shortened(j.name) for j, (_, valid) in pairs if not valid]
+        for key, values in limits.items():
+            sizes = [x[1] - x[0] for x in values] if key == "position" else values
+            free = [shortened(j.name) for j, size in zip(movable, sizes, strict=True) if size <= 0]
             if not free:
-                read[key] = tuple(value for value, _ in entries)
-            elif any(np.any(value) for value, _ in entries):
+                read[key] = tuple(values)
+            elif np.any(values):
                 self.notes.append(f"no {key} limits are read: {first_of(free, 3)} has none")
         return Limits(**read) if read else None
 
