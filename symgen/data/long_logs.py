@@ -177,7 +177,7 @@ def read_rows(
     """
     name, reading = label or stretch.name, reading_of(stretch.file, reading, robot.log)
     with located(stretch.file), _opened(stretch.file, robot, reading, stretch.units) as table:
-        (raw,) = table.spans([rows])
+        raw = table.part(*rows)
         with located(f"rows {rows[0]} to {rows[1]}"):
             return checked_log(name, raw, wanted_by(robot, reading), True)
 

@@ -92,7 +92,7 @@ def open_table(
 def _in_si(table: Table, wanted: Wanted, units: Units | None) -> Table:
     """Return a table that converts its columns."""
     if units is None and table.rows:
-        (first,) = table.spans([(0, min(table.rows, _SHOWN))])
+        first = table.part(0, min(table.rows, _SHOWN))
         units = units_of(first, wanted)
     return replace(table, units=units or IN_SI)
 
@@ -112,7 +112,7 @@ def names_of(name: str, reading: Reading) -> Sequence[str]:
 
 def read_all(table: Table) -> Raw:
     """Read all rows of a table as C-contiguous arrays."""
-    (raw,) = table.spans([(0, table.rows)])
+    raw = table.part(0, table.rows)
     arrays = {role: np.ascontiguousarray(x) for role, x in raw.arrays.items()}
     for x in arrays.values():
         x.setflags(write=False)
@@ -157,43 +157,38 @@ class ColumnTable:
         for batch in self.batches([self.groups["t"][0]], range(len(self.ends))):
             yield self.units.seconds(_numbers(batch.column(0)))
 
-    def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
-        """Yield spans of rows; each group of rows is decoded once.
-
-        Args:
-            spans: first row and row after the last of each span, both increasing.
-        """
+    def part(self, first: int, last: int) -> Raw:
+        """Return the rows from `first` to before `last`."""
         columns = _columns(self.groups)
-        used = [*columns]
+        groups = np.searchsorted(self.ends, [first, last - 1], side="right")
+        chosen = range(groups[0], min(groups[1] + 1, len(self.ends)))
+        row = int(self.ends[groups[0] - 1]) if groups[0] else 0
+        pieces: dict[int, list[NDArray[Any]]] = {k: [] for k in columns}
+        for batch in self.batches([*columns], chosen):
+            inside = slice(max(first - row, 0), max(last - row, 0))
+            for k, column in zip(columns, batch.columns, strict=True):
+                pieces[k].append(_numbers(column)[inside])
+            row += batch.num_rows
+            if row >= last:
+                break
+        if row < last:
+            refuse(f"ends before row {last}", "a file that does not change")
+        arrays: dict[str, NDArray[Any]] = {}
+        for role, group in self.groups.items():
+            values = {j: np.concatenate(pieces[k] or [np.zeros(0)]) for j, k in group.items()}
+            if role == "t":  # stamps may be integers beyond those of a double
+                arrays[role] = self.units.seconds(values[0])
+                continue
+            width = len(self.groups["q"] if role in BESIDE else group)
+            x = np.full((last - first, width), np.nan, order="F")
+            for j, column in values.items():
+                x[:, j] = column
+            arrays[role] = self.units.si(role, x)
+        for x in arrays.values():
+            x.setflags(write=False)
         ignored = tuple(name for k, name in enumerate(self.header) if k not in columns)
         names = {column: self.header[k] for k, column in columns.items()}
-        first_group, last_group = np.searchsorted(
-            self.ends, [spans[0][0], spans[-1][1] - 1], side="right"
-        )
-        row = int(self.ends[first_group - 1]) if first_group else 0
-        chosen = range(first_group, min(last_group + 1, len(self.ends)))
-        found = self.batches(used, chosen)
-        (time,) = self.groups["t"].values()
-        held: list[tuple[int, dict[int, NDArray[Any]]]] = []  # first row and columns of each batch
-        for first, last in spans:
-            held = [(start, x) for start, x in held if start + len(x[used[0]]) > first]
-            while row < last:
-                batch = next(found, None)
-                if batch is None:
-                    refuse(f"ends before row {last}", "a file that does not change")
-                if row + batch.num_rows > first:
-                    arrays_of = dict(zip(used, map(_numbers, batch.columns), strict=True))
-                    arrays_of[time] = self.units.seconds(arrays_of[time])
-                    held.append((row, arrays_of))
-                row += batch.num_rows
-            arrays: dict[str, NDArray[Any]] = {}
-            for role, group in self.groups.items():
-                if role == "t":  # stamps may be integers beyond those of a double
-                    arrays[role] = _stamps(held, first, last, time)
-                    continue
-                width = len(self.groups["q"] if role in BESIDE else group)
-                arrays[role] = self.units.si(role, _filled(held, first, last, group, width))
-            yield Raw(arrays, ignored, self.notes, names, self.units.conversions)
+        return Raw(arrays, ignored, self.notes, names, self.units.conversions)
 
 
 def _columns(groups: Groups) -> dict[int, str]:
@@ -205,16 +200,6 @@ def _columns(groups: Groups) -> dict[int, str]:
     }
 
 
-def _stamps(
-    batches: Sequence[tuple[int, Mapping[int, NDArray[Any]]]], first: int, last: int, time: int
-) -> NDArray[Any]:
-    """Collect the times of rows first .. last (exclusive), (N,), in their type."""
-    parts = [x[time][max(first - start, 0) : max(last - start, 0)] for start, x in batches]
-    out = np.concatenate(parts) if parts else np.zeros(0)
-    out.setflags(write=False)
-    return out
-
-
 def _numbers(column: Any) -> NDArray[Any]:
     """Return an Arrow column as an array, without a copy if possible."""
     import pyarrow as pa
@@ -223,28 +208,6 @@ def _numbers(column: Any) -> NDArray[Any]:
         with suppress(AttributeError, TypeError):  # not numeric, or an older Arrow
             return np.from_dlpack(column)
     return np.asarray(column.to_numpy(zero_copy_only=False))  # imports pandas if installed
-
-
-def _filled(
-    batches: Sequence[tuple[int, Mapping[int, NDArray[Any]]]],
-    first: int,
-    last: int,
-    group: Mapping[int, int],
-    width: int,
-) -> FloatArray:
-    """Collect columns of rows first .. last (exclusive), (N, width), read-only.
-
-    A missing column is NaN. Each column is contiguous, as in the file.
-    """
-    out = np.empty((last - first, width), order="F")
-    if len(group) < width:
-        out[:] = np.nan
-    for start, x in batches:
-        low, high = max(first - start, 0), min(last - start, len(next(iter(x.values()))))
-        for j, column in group.items():
-            out[start + low - first : start + high - first, j] = x[column][low:high]
-    out.setflags(write=False)
-    return out
 
 
 def _csv(path: Path, wanted: Wanted) -> ColumnTable:
@@ -412,12 +375,11 @@ class Arrays:
         for first in range(0, self.rows, BATCH):
             yield self.units.seconds(self.arrays["t"][first : first + BATCH])
 
-    def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
-        """Yield rows."""
-        for first, last in spans:
-            arrays = {role: self.units.si(role, x[first:last]) for role, x in self.arrays.items()}
-            arrays["t"] = self.units.seconds(arrays["t"])
-            yield Raw(arrays, self.ignored, converted=self.units.conversions)
+    def part(self, first: int, last: int) -> Raw:
+        """Return the rows from `first` to before `last`."""
+        arrays = {role: self.units.si(role, x[first:last]) for role, x in self.arrays.items()}
+        arrays["t"] = self.units.seconds(arrays["t"])
+        return Raw(arrays, self.ignored, converted=self.units.conversions)
 
 
 Table = Arrays | ColumnTable
