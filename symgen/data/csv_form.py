@@ -184,22 +184,20 @@ def read_csv(path: Path, form: CsvForm, used: Mapping[str, str], rest: str = "")
     """
     import pyarrow as pa
 
-    odd: list[Any] = []  # the first row with another number of cells
     kinds = {k: None if name == "t" else pa.float64() for k, name in used.items()}
     if rest:
         kinds[str(form.header.index(rest))] = pa.float64()
     try:
-        table = _table(path, form, kinds, odd)
+        table = _table(path, form, kinds)
         for k in used:
             if used[k] == "t":
                 table = table.set_column(table.schema.get_field_index(k), k, _times(table, k, rest))
         return table
     except ValueError as invalid:  # of Arrow too
         error = str(invalid)
-    odd.clear()
-    # The reader counts rows on a single thread only.
+    odd: list[Any] = []  # the first row with another number of cells
     with suppress(pa.ArrowInvalid):
-        texts = _table(path, form, dict.fromkeys(used, pa.string()), odd, threads=False)
+        texts = _table(path, form, dict.fromkeys(used, pa.string()), odd)
         _require_numbers(texts.to_pydict(), form, used)
     if odd:
         sample, cells = odd[0].number - form.skipped - 1, odd[0].actual_columns
@@ -211,20 +209,20 @@ def texts_of(path: Path, form: CsvForm, place: int) -> list[str]:
     """Return the different texts of a column of a CSV."""
     import pyarrow as pa
 
-    column = _table(path, form, {str(place): pa.string()}, []).column(0)
+    column = _table(path, form, {str(place): pa.string()}).column(0)
     return [text.strip() for text in column.unique().to_pylist()]
 
 
 def _table(
-    path: Path, form: CsvForm, kinds: Mapping[str, Any], odd: list[Any], threads: bool = True
+    path: Path, form: CsvForm, kinds: Mapping[str, Any], odd: list[Any] | None = None
 ) -> Any:
     """Return columns of a CSV as an Arrow table.
 
     Args:
         path, form: the file and its form.
         kinds: number of a column, from 0 -> Arrow type, or None to find it from the cells.
-        odd: receives the first row with another number of cells.
-        threads: whether to read by several threads.
+        odd: receives the first row with another number of cells. The reader is then slow: it
+            counts rows on one thread only.
 
     Raises:
         ArrowInvalid: a row has another number of cells, or a cell is not of the type.
@@ -233,7 +231,8 @@ def _table(
     import pyarrow.csv as pacsv
 
     def refused(row: Any) -> str:
-        odd.append(row)
+        if odd is not None:
+            odd.append(row)
         return "error"
 
     file: Any = path
@@ -244,7 +243,7 @@ def _table(
     known = {k: kind for k, kind in kinds.items() if kind}
     return pacsv.read_csv(
         file,
-        pacsv.ReadOptions(column_names=names, skip_rows=form.skipped, use_threads=threads),
+        pacsv.ReadOptions(column_names=names, skip_rows=form.skipped, use_threads=odd is None),
         pacsv.ParseOptions(delimiter=form.separator, invalid_row_handler=refused),
         pacsv.ConvertOptions(
             include_columns=[*kinds], column_types=known, decimal_point=form.decimal

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from symgen.errors import LogError, SymgenError, plain
+from symgen.errors import LogError, SymgenError, first_of, plain
 
 if TYPE_CHECKING:
     from symgen.robot.tables import Drive, LogForm
@@ -333,8 +333,7 @@ def require_shapes(arrays: Mapping[str, Any]) -> None:
 
 def listed(names: Sequence[str]) -> str:
     """Return the first names of a file as text."""
-    named = [name for name in names if name]
-    return (", ".join(named[:12]) + (", .." if len(named) > 12 else "")) or "none"
+    return first_of([*filter(None, names)], 12) or "none"
 
 
 def shown(column: str, names: Mapping[str, str]) -> str:

@@ -131,7 +131,7 @@ class ColumnTable:
         groups: role -> joint (from 0) -> place of its column.
         header: names of the columns of the file.
         notes: columns that were matched automatically.
-        batches: yields columns, by their places, of groups of rows as Arrow record batches.
+        batches: yields columns, by their places, of groups of rows as Arrow arrays.
         units: units of its columns.
     """
 
@@ -139,7 +139,7 @@ class ColumnTable:
     groups: Groups
     header: Sequence[str]
     notes: tuple[str, ...]
-    batches: Callable[[Sequence[int], Sequence[int]], Iterator[Any]]
+    batches: Callable[[Sequence[int], Sequence[int]], Iterator[list[Any]]]
     units: Units = IN_SI
 
     @property
@@ -154,8 +154,8 @@ class ColumnTable:
 
     def times(self) -> Iterator[NDArray[Any]]:
         """Yield the time column in batches."""
-        for batch in self.batches([self.groups["t"][0]], range(len(self.ends))):
-            yield self.units.seconds(_numbers(batch.column(0)))
+        for (column,) in self.batches([self.groups["t"][0]], range(len(self.ends))):
+            yield self.units.seconds(_numbers(column))
 
     def part(self, first: int, last: int) -> Raw:
         """Return the rows from `first` to before `last`."""
@@ -166,9 +166,9 @@ class ColumnTable:
         pieces: dict[int, list[NDArray[Any]]] = {k: [] for k in columns}
         for batch in self.batches([*columns], chosen):
             inside = slice(max(first - row, 0), max(last - row, 0))
-            for k, column in zip(columns, batch.columns, strict=True):
+            for k, column in zip(columns, batch, strict=True):
                 pieces[k].append(_numbers(column)[inside])
-            row += batch.num_rows
+            row += len(batch[0])
             if row >= last:
                 break
         if row < last:
@@ -229,7 +229,7 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     # Places as names: names of the file may occur twice.
     return ColumnTable(
         np.array([table.num_rows]), groups, full, (*lines, *notes),
-        lambda columns, _: iter(table.select([*map(str, columns)]).to_batches()),
+        lambda columns, _: (x.columns for x in table.select([*map(str, columns)]).to_batches()),
     )  # fmt: skip
 
 
@@ -286,16 +286,14 @@ def _elements(file: Any) -> dict[str, tuple[str, int | None]]:
 
 def _picked(
     file: Any, elements: Sequence[tuple[str, int | None]], groups: Sequence[int]
-) -> Iterator[Any]:
+) -> Iterator[list[Any]]:
     """Yield columns, or elements of columns with lists, in batches."""
-    import pyarrow as pa
     import pyarrow.compute as pc
 
     for batch in batches(file, sorted({name for name, _ in elements}), groups):
-        columns = [
+        yield [
             batch[name] if k is None else pc.list_element(batch[name], k) for name, k in elements
         ]
-        yield pa.record_batch(columns, [*map(str, elements)])
 
 
 @contextmanager

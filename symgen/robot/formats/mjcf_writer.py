@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -85,7 +85,12 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
             else:
                 tendons += _tendon(one, two, pair)
         if tendons:
-            edits.append(_in_section(content, tree.root, "tendon", tendons))
+            if section is None:
+                section, tendons = (
+                    tree.root,
+                    ["<tendon>", *map("  {}".format, tendons), "</tendon>"],
+                )
+            edits.append(inserted(content, section, tendons))
     return edited(text, edits)
 
 
@@ -169,11 +174,3 @@ def _tendon(one: str, two: str, pair: CouplingDynamics) -> list[str]:
         f'  <joint joint={quoteattr(two)} coef="{float(pair.ratio)!r}"/>',
         "</fixed>",
     ]
-
-
-def _in_section(content: bytes, root: Element, tag: str, lines: Sequence[str]) -> Edit:
-    """Return the edit that adds lines to a section of the file, or adds the section."""
-    section = root.first(tag)
-    if section is not None:
-        return inserted(content, section, lines)
-    return inserted(content, root, [f"<{tag}>", *(f"  {line}" for line in lines), f"</{tag}>"])
