@@ -172,7 +172,7 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
         first = 0 if role in from_zero else 1
         columns[role] = {number - first: name for number, name in have.items()}
     if patterns or not (columns.keys() >= {"t", "q"} and columns.keys() & {"tau", "i", "qr"}):
-        matches += _matched(texts, columns, patterns, wanted)
+        matches += _matched(names, texts, columns, patterns, wanted)
     _require_complete(names, columns, wanted)
     used = {name for have in columns.values() for name in have.values()}
     spare = [name for name in names if name and name not in used | {*map(rest_of, used)}]
@@ -228,9 +228,9 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
         columns.pop("i", None)
     measured = columns.keys() & {"tau", "i", "qr"}
     for role, present in (("t", "t" in columns), ("q1", "q" in columns), ("tau1", measured)):
-        if role == "tau1" and not present and currents:
-            refuse_currents()
         if not present:
+            if role == "tau1" and currents:
+                refuse_currents()
             missing = [r for r in ("q", "tau") if r not in columns]
             pairs = suggested(names, missing, wanted) or f'--columns "{_PATTERN[role]}"'
             how = f"{COLUMNS}, or {pairs}"
@@ -253,6 +253,7 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
 
 
 def _matched(
+    names: Sequence[str],
     texts: Mapping[str, str],
     columns: dict[str, Pattern],
     patterns: Mapping[str, str],
@@ -261,7 +262,8 @@ def _matched(
     """Add columns of a recorder to those with a role; return the matches as texts.
 
     Args:
-        texts: columns of the file by their names without units.
+        names: columns of the file.
+        texts: the columns by their names without units.
         columns: those with a role, by joint.
         patterns: patterns from the user, {"q": "*_position"}, where * is the joint. It is one of
             the joints without a column from the user.
@@ -271,7 +273,7 @@ def _matched(
         LogError: a role has several patterns, or lacks columns of joints.
     """
     matches = []
-    if "t" not in columns and (time := _time([*texts.values()])) is not None:
+    if "t" not in columns and (time := _time(names)) is not None:
         columns["t"] = {0: time}
         matches.append(f"t = {time}")
     of = ""
@@ -284,7 +286,7 @@ def _matched(
             for j, x in columns.get(role, {}).items()
             if f"{role}{j + 1}" in wanted.reading.pairs
         }
-        free = [j for j in range(len(texts)) if j not in own]
+        free = [j for j in range(len(names)) if j not in own]
         rest = wanted
         if own:
             joints = [wanted.joints[j] for j in free if j < len(wanted.joints)]
@@ -292,7 +294,7 @@ def _matched(
             rest = replace(wanted, n=n, joints=joints, sigma=(), fixed=())
         pattern = patterns.get(role, "")
         if pattern:
-            found = _user_pattern(texts, role, pattern, rest)
+            found = _user_pattern(names, texts, role, pattern, rest)
         else:
             pattern, found = _only_pattern(texts, role, rest)
         if found:
@@ -448,17 +450,19 @@ def by_number(names: Iterable[str], n: int | None) -> dict[str, Pattern]:
     }
 
 
-def _user_pattern(texts: Mapping[str, str], role: str, pattern: str, wanted: Wanted) -> Pattern:
+def _user_pattern(
+    names: Sequence[str], texts: Mapping[str, str], role: str, pattern: str, wanted: Wanted
+) -> Pattern:
     """Return the columns of a pattern from the user; * is the name of a joint or ends in its
     number.
     """
     form = re.compile(re.escape(pattern).replace(r"\*", "(.+)", 1).replace(r"\*", r"\1"))
-    every = {**texts, **{name: name for name in texts.values()}}
+    every = {**texts, **{name: name for name in names}}
     columns_by_star = {m[1]: name for text, name in every.items() if (m := form.fullmatch(text))}
     groups = by_number([*columns_by_star], wanted.n) | by_name([*columns_by_star], wanted.joints)
     complete = [stars for stars, columns in groups.items() if wanted.kept(len(columns))]
     if not complete:
-        how = f"a pattern with * for the joint's name or number, of {listed([*texts.values()])}"
+        how = f"a pattern with * for the joint's name or number, of {listed(names)}"
         stars = [*columns_by_star][: wanted.n]
         if len(stars) == wanted.n:
             how = f"--joints {','.join(map(_shown, stars))}, in the order of the robot's joints"

@@ -108,6 +108,20 @@ def test_joints_of_two_kinds_have_columns_of_two_units(tmp_path, name) -> None:
     np.testing.assert_allclose(log.q[0], [np.pi, 1.0])
 
 
+def test_of_columns_in_two_units_the_one_in_si_counts_unless_a_pattern_chooses(tmp_path) -> None:
+    columns = ["time", *(f"pos_{j} [{unit}]" for unit in ("deg", "rad") for j in (1, 2))]
+    columns += ["torque_1", "torque_2"]
+    path = tmp_path / "log.csv"
+    table = np.column_stack([T, *([[90.0], [180.0], [1.0], [2.0], [3.0], [4.0]] * np.ones((6, N)))])
+    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="")
+    np.testing.assert_allclose(read_log(path, 2).q[0], [1.0, 2.0])
+    log = read_log(path, 2, reading=Reading(columns={"q": "pos_* [deg]"}))
+    np.testing.assert_allclose(log.q[0], [np.pi / 2, np.pi])
+    path.write_text(path.read_text().replace("[rad]", "[turn]"))
+    with pytest.raises(LogError, match=r"q may be pos_\* \[deg\] or pos_\* \[turn\]"):
+        read_log(path, 2)
+
+
 @pytest.mark.parametrize("role", ["position", "effort"])
 @pytest.mark.parametrize(
     ("column", "fits"),
