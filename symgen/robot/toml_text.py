@@ -39,14 +39,11 @@ def robot_toml(robot: Robot) -> str:
         ranges = {name: ends for name, *ends in s.ranges}
         tables.append(("[[effect]]", _effect(s.effect, ranges)))
     tables += [("[[frame]]", _entries(frame)) for frame in robot.frames]
-    if robot.limits is not None:
-        tables.append(("[limits]", _entries(robot.limits)))
-    if robot.drive is not None:
-        tables.append(("[drive]", _entries(robot.drive) | {"ratio": _ratio(robot.drive)}))
-    if robot.controller is not None:
-        tables.append(("[controller]", _entries(robot.controller)))
-    if robot.log is not None:
-        tables.append(("[log]", _entries(robot.log)))
+    for key in ("limits", "drive", "controller", "log"):
+        table = getattr(robot, key)
+        if table is not None:
+            ratio = {"ratio": _ratio(table)} if key == "drive" else {}
+            tables.append((f"[{key}]", _entries(table) | ratio))
     return "\n".join(f"{head}\n{_lines(entries)}" for head, entries in tables)
 
 
