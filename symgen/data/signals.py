@@ -91,39 +91,29 @@ class Samples:
         return replace(self, mask=Mask(*both))
 
 
-def prepare(log: Log, cutoff: float | None = None) -> Samples:
+def prepare(log: Log) -> Samples:
     """Give a log uniform time steps and a velocity.
 
     If the time steps vary by more than 1 %, a cubic spline resamples the log. Measured velocities
-    stay unchanged. Missing velocities are the derivative of q after a zero-phase low-pass filter. q
-    is then filtered too, so that both describe the same motion. No filter is used if the sampling
-    rate is too low for it.
-
-    Args:
-        log: the measured log.
-        cutoff: cutoff of the filter in Hz; None for five times the comparison band of the motion.
+    stay unchanged. Missing velocities are the derivative of q after a zero-phase low-pass filter at
+    five times the comparison band of the motion. q is then filtered too, so that both describe the
+    same motion. No filter is used if the sampling rate is too low for it.
 
     Raises:
-        LogError: gaps in time that are longer than the log, a cutoff that is not between 0 and the
-            Nyquist frequency, or currents instead of torques.
+        LogError: gaps in time that are longer than the log, or currents instead of torques.
     """
     s = sampled(log)
-    if cutoff is not None:
-        require_cutoff(log.name, cutoff, s.step, float(s.t[-1] - s.t[0]))
     if not s.velocity_derived:
-        note = "qd was measured and is used unfiltered, whatever the cutoff"
-        return s if cutoff is None else replace(s, notes=(*s.notes, f"{log.name}: {note}"))
-    from_user = cutoff is not None
-    used = cutoff if cutoff is not None else _MARGIN * comparison_band([s])
-    if from_user or can_filter(used, s.step):
-        q, qd = lowpass_and_slopes(s.q, s.step, used, 1)
-        source = "from the user" if from_user else "from the motion's bandwidth"
-        how = f"both through a zero-phase low-pass filter at {used:.4g} Hz ({source})"
+        return s
+    cutoff = _MARGIN * comparison_band([s])
+    if can_filter(cutoff, s.step):
+        q, qd = lowpass_and_slopes(s.q, s.step, cutoff, 1)
+        how = f"both through a zero-phase low-pass filter at {cutoff:.4g} Hz"
     else:
         q, qd, nyquist = s.q, differentiate(s.q, s.step), 0.5 / s.step
         how = f"unfiltered, as the Nyquist frequency is {nyquist:.4g} Hz"
     notes = (*s.notes[:-1], f"{log.name}: qd is missing and was derived from q, {how}")
-    filtered = used if q is not s.q else None
+    filtered = cutoff if q is not s.q else None
     return replace(s, q=read_only(q), qd=read_only(qd), cutoff_hz=filtered, notes=notes)
 
 

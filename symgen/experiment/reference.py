@@ -145,7 +145,7 @@ def from_log(log: Log) -> Reference:
 
     Measured speeds are not used, so that q, qd and qdd belong to one motion.
     """
-    s = prepare(Log(log.name, log.t, log.q, None, log.tau), None)
+    s = prepare(Log(log.name, log.t, log.q, None, log.tau))
     return make_reference(log.name, s.t, s.q, s.qd, differentiate(s.qd, s.step))
 
 

@@ -191,7 +191,7 @@ def test_the_command_line_takes_method_and_prior(tmp_path, command, monkeypatch)
     assert content["possible"] is True
     code, _, err = command(*asked, "--method", "magic")
     assert code == 2
-    assert "accepted: auto, wls, ols, huber, tls, iv, consistent" in err
+    assert "'auto', 'wls', 'ols', 'huber', 'tls', 'iv', 'consistent'" in err
     with pytest.raises(
         symgen.IdentificationError, match="takes no prior; accepted: auto, wls, cons"
     ):
