@@ -139,8 +139,8 @@ def test_what_cannot_be_studied_is_said(files: Path, command: Callable) -> None:
     given = ("study", "planar2r", "--parameters", files / "P.toml", "--into", files / "x")
     for more, what in (
         (("--runs", 2), "2 runs"),
-        (("--method", "best"), "method 'best'"),
-        (("--model", "static"), "model 'static'"),
+        (("--method", "best"), "'best' is not one of"),
+        (("--model", "static"), "'static' is not one of"),
     ):
         code, _, err = command(*given, *more)
         assert (code, what in err) == (2, True), err
