@@ -97,10 +97,9 @@ def export(
         say_progress(f"comparing with {log}")
         errors = exports.file_errors(paths, log, found, known or copied, reading)
         each = errors.files
-        told = percent(each[0])
+        told = percent(fmean(each))
         if samples:
-            spread = percent(pstdev(each))
-            told = f"{percent(fmean(each))} on average over {samples} files, std {spread}"
+            told = f"{told} on average over {samples} files, std {percent(pstdev(each))}"
         say(f"torque error on {log}: {told}; the estimate {percent(errors.estimate)}")
         if not samples and each[0] > errors.estimate + least / 100:
             why = "symgen diagnose searches for what the model lacks"

@@ -175,7 +175,7 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
         matches += _matched(names, texts, columns, patterns, wanted)
     _require_complete(names, columns, wanted)
     used = {name for have in columns.values() for name in have.values()}
-    spare = [name for name in names if name and name not in used | {*map(rest_of, used)}]
+    spare = [name for name in names if name and name not in used | {*map(rest_of, names)}]
     line = ", ".join(matches)
     if matches and spare:
         line = f"{line}; not used: {listed(spare)}"
