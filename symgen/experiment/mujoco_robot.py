@@ -68,6 +68,7 @@ class MujocoRobot:
             m.opt.disableflags |= disabling(part)
         m.opt.timestep = min(float(m.opt.timestep), _FINEST)
 
+    @quiet()
     def __call__(
         self, q: FloatArray, qd: FloatArray, law: Law, t: FloatArray, bounds: FloatArray
     ) -> FloatArray:
@@ -75,12 +76,6 @@ class MujocoRobot:
 
         A torque is constant over a step.
         """
-        with quiet():
-            return self._moved(q, qd, law, t, bounds)
-
-    def _moved(
-        self, q: FloatArray, qd: FloatArray, law: Law, t: FloatArray, bounds: FloatArray
-    ) -> FloatArray:
         import mujoco
 
         m = self.model
