@@ -44,8 +44,12 @@ AS_GOOD = 1.03
 #: remains on other motion. In 59 simulated logs, right effects left 1 to 32 %, false ones 59 to 97
 #: %.
 SHOWN = 0.5
-#: Largest torque gap after a diagnosis that counts as "explained".
-EXPLAINED = 0.15
+#: An adopted effect raises the error of no joint by more than this part of its largest reduction.
+RISE = 0.25
+#: Factor on the position error of a simulation above which adopted effects make it worse.
+WORSE = 1.1
+#: Faults of the recorder are the cause if they close this part of what is closed, and of the error.
+CHIEFLY, WORTH = 0.5, 0.1
 #: RMS torque of a log, relative to that of the file's masses at rest and to the torque limits,
 #: above which the unit is in doubt. Robots stay below a few times the one, or below the other; mA
 #: and mN m are wrong by 1000.

@@ -55,7 +55,7 @@ def diagnose(effects: str | None, into: Path, least: float, misfit: float, **opt
     """Find the effects in LOGS that the model of ROBOT lacks.
 
     symgen names the effects, adds them to the model, and shows the torque error before and after.
-    Exit code 1: no known effect explains the error, or the logs are faulty.
+    Exit code 0 if `identify` trusts the extended robot on these logs, else 1.
     """
     import symgen
 
@@ -64,7 +64,7 @@ def diagnose(effects: str | None, into: Path, least: float, misfit: float, **opt
         diagnosis = symgen.diagnose(
             effects=tried, least=least / 100, misfit=misfit / 100, progress=told, **options
         )
-        if any(effect.declared for effect in diagnosis.effects):
+        if diagnosis.is_better:
             command = again("identify", robot=str(into / "robot.toml"), into=f"{into}-better")
         elif any(effect.indistinguishable_from for effect in diagnosis.effects):
             motion = again("excite", into=f"{into}-motion.csv")
@@ -74,9 +74,9 @@ def diagnose(effects: str | None, into: Path, least: float, misfit: float, **opt
         diagnosis = replace(diagnosis, command=command)
         told("writing the page and the extended model")
         symgen.write(diagnosis, into)
-    good = print_result(diagnosis)
+    print_result(diagnosis)
     names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
     if command:
         say(f"next: {command}")
     say(f"written: {into} ({names})")
-    return 0 if good else 1
+    return 0 if diagnosis.good else 1

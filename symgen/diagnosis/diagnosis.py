@@ -166,6 +166,10 @@ class Diagnosis(Viewable):
         before, after, floor: gap of the declared and of the extended model, and noise floor, on
             held-out data.
         moving: the same for joints in motion; None in an older file.
+        corrected: the gap after of joints in motion, with effects that no robot file can hold; None
+            if there are none.
+        trusted: whether `identify` trusts the extended robot on these logs; None with fixed
+            parameters.
         where: joints with a gap, the largest share first; empty if consistent.
         effects: the effects, the largest share in closing the gap first.
         rejected: the most probable of the other candidates.
@@ -195,6 +199,8 @@ class Diagnosis(Viewable):
     after: Annotated[Gap, at("gap.after")]
     floor: Annotated[Gap, at("gap.noise_floor")]
     moving: Annotated[Gaps | None, at("gap.in_motion"), OPTIONAL] = None
+    corrected: Annotated[Gap | None, at("gap.after_with_log_effects"), OPTIONAL] = None
+    trusted: Annotated[bool | None, OPTIONAL] = None
     where: tuple[Place, ...]
     effects: tuple[FoundEffect, ...]
     rejected: tuple[Rejected, ...]
@@ -224,6 +230,18 @@ class Diagnosis(Viewable):
     def gaps(self) -> Gaps:
         """The gaps of joints in motion; those of all samples if the file does not have them."""
         return self.moving or Gaps(self.before, self.after, self.floor)
+
+    @property
+    def good(self) -> bool:
+        """Whether `identify` trusts the extended robot; with fixed parameters, by the verdict."""
+        if self.trusted is None:
+            return self.verdict in ("consistent", "explained")
+        return self.trusted
+
+    @property
+    def is_better(self) -> bool:
+        """Whether the extended robot has an effect that its file did not declare."""
+        return any(effect.declared and effect.adopted for effect in self.effects)
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of diagnosis.json (schema symgen.diagnosis/1)."""

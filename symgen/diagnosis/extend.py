@@ -1,20 +1,28 @@
-"""Add an effect to a robot: a friction entry, a rotor, a coupling, or an [[effect]] table."""
+"""Add an effect to a robot: a friction entry, a rotor, a coupling, or an [[effect]] table.
+
+A correction changes a key of the file: [drive], gravity, a length or an angle.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from symgen import names
 from symgen.errors import ParameterError
+from symgen.hypotheses.changes import Change
 from symgen.robot.declared_effects import of_file, of_library, torque_variables
 from symgen.robot.effect import Definition, Effect, SearchRange, definitions
 from symgen.robot.expressions import exact
-from symgen.robot.tables import Coupling
+from symgen.robot.tables import Coupling, Drive
 from symgen.robot.types import Joint, Robot
 
+#: Changes of the logs that [drive] corrects.
+_DRIVE = ("wrong_sign", "gear_ratio")
 #: Effects with a separate key in robot.toml.
 _NATIVE = (*names.FRICTION, "rotor", "coupling")
 
@@ -64,6 +72,47 @@ def extended(
         effect = of_library(definition, joint.number, joint.sigma, rounded)
     out = replace(robot, effects=(*robot.effects, effect))
     return _with_friction(out, joint.number, "offset") if definition.offset else out
+
+
+def corrected(robot: Robot, change: Change) -> Robot | None:
+    """Return the robot whose file corrects a change for every log; None if no key does.
+
+    Gravity is corrected in the model already. Signs and gear ratios are those of [drive].
+    """
+    if change.gravity is not None:
+        return robot
+    if change.definition.name not in _DRIVE:
+        return None
+    drive = robot.drive or _direct(robot)
+    motion = change.factors.get("q", 1.0)
+    torque = change.factors.get("tau", 1.0)
+    if motion != 1.0 and drive.position_side != "motor":
+        return None
+    ratio = np.array(drive.ratio)
+    for j in change.joints:
+        ratio[:, j] /= motion
+    if motion != 1.0 and drive.torque_side == "motor":
+        torque *= motion  # the other ratio divides torques by this factor
+    rows = tuple(map(tuple, ratio.tolist()))
+    out = replace(robot, drive=replace(drive, ratio=rows))
+    for j in change.joints:
+        out = with_torques_scaled(out, j, torque)
+    return out
+
+
+def with_torques_scaled(robot: Robot, position: int, factor: float) -> Robot:
+    """Return the robot with a torque constant, or else the gain of a joint, times a factor."""
+    drive = robot.drive or _direct(robot)
+    key = "gain" if drive.torque_constant is None else "torque_constant"
+    values = [*(getattr(drive, key) or (1.0,) * robot.n)]
+    values[position] = float(f"{factor * values[position]:.6g}")
+    changed: dict[str, Any] = {key: tuple(values)}
+    return replace(robot, drive=replace(drive, **changed))
+
+
+def _direct(robot: Robot) -> Drive:
+    """Return a drive that changes nothing."""
+    return Drive(tuple(map(tuple, np.eye(robot.n).tolist())))
 
 
 def with_effect(robot: Robot, text: str) -> Robot:

@@ -1,12 +1,14 @@
 """diagnose: find where a model and measured data disagree, name why, and extend the model.
 
-open logs -> problem -> search -> confirm -> extend the model -> measure the gap -> verdict
+identify -> search on its repaired logs -> grade -> declare and identify again -> verdict
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain
 from pathlib import Path
 
@@ -16,70 +18,73 @@ from symgen.data.log import Log
 from symgen.data.long_logs import expanded, is_long
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
+from symgen.diagnosis.adoption import Adopted, adopt, declare
 from symgen.diagnosis.diagnosis import (
+    Curves,
     Diagnosis,
     FoundEffect,
     FoundParameter,
+    Gap,
+    Gaps,
+    Place,
     Rejected,
 )
-from symgen.diagnosis.extended import (
-    Extended,
-    extend_model,
-    joint_numbers,
-    list_effects,
-    robot_parameters,
-)
-from symgen.diagnosis.gap import Measured, error_in_motion, measure_gap, places
+from symgen.diagnosis.gap import Fitted, gap_of, places, validation_curves
+from symgen.diagnosis.listing import joint_numbers, list_effects, robot_parameters
 from symgen.diagnosis.messages import advice_of
 from symgen.diagnosis.second_encoder import with_stiffness
-from symgen.errors import IdentificationError, ParameterError, RobotError
+from symgen.diagnosis.together import compared
+from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.floor import quiet
-from symgen.estimation.logs import (
-    Source,
-    hold_out,
-    listed_logs,
-    open_log,
-    require_logs,
-    require_other_data,
+from symgen.estimation.logs import Source, listed_logs, open_log, require_logs
+from symgen.estimation.motion_error import motion_error
+from symgen.estimation.torque_error import (
+    TorqueFit,
+    modelled_torque,
+    percent,
+    relative_error,
+    squares,
 )
-from symgen.estimation.torque_error import percent
-from symgen.estimation.values import Reason
-from symgen.faults.fault import Fault
-from symgen.faults.logs import join_bands, open_logs, open_samples, require_motion
+from symgen.estimation.values import FloatArray, Reason
+from symgen.faults.logs import join_bands
 from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
-from symgen.faults.samples import unmended_faults
-from symgen.hypotheses.confirm import REPEATED, Weighed, confirm, restricted
+from symgen.hypotheses.confirm import REPEATED, Weighed, confirm
 from symgen.hypotheses.effects import Score
+from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import held_squares
 from symgen.hypotheses.priors import RECORDER, prior_of
-from symgen.hypotheses.problem import Problem, make_problem, model_of
-from symgen.hypotheses.registry import SearchResult, make_registry
+from symgen.hypotheses.problem import make_problem
+from symgen.hypotheses.registry import Changed, Item, SearchResult, make_registry
 from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
-from symgen.identification.judgement import changed_state
-from symgen.identification.parameters import read_known, values_of_file
-from symgen.identification.possible import nearest_possible
-from symgen.identification.segments import sample_logs
-from symgen.identification.settle import EFFECT_MISSING, largest_error, like_no_robot
+from symgen.identification.judgement import CHANGED
+from symgen.identification.model_choice import BROKEN, Run
+from symgen.identification.parameters import KnownParameters, read_known, values_of_file
+from symgen.identification.segments import LongLogs
+from symgen.identification.settle import EFFECT_MISSING, NO_ROBOT
 from symgen.identification.torque_scale import in_torque_scale
-from symgen.parallel import thread_count
-from symgen.policy import ACCEPT, EXPLAINED, LEAST, MISFIT
+from symgen.identification.workflow import (
+    Identified,
+    LogsInMemory,
+    Settings,
+    identified,
+    identified_run,
+    open_sources,
+)
+from symgen.parallel import Say, silent, thread_count
+from symgen.policy import CHIEFLY, LEAST, MISFIT, WORTH
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
 
-Groups = tuple[Sequence[Samples], Sequence[Samples]]
-#: Kind of a repair -> name of the effect.
-_REPAIRED = {
-    "speed": "velocity_sensor_error",
-    "saturated": "saturation",
-}
 _LISTED = 12  # largest number of listed rejected candidates
-_GROWS = "with it the torque error on the validation data is not smaller"
+_SATURATION = "saturation"
+_MANY = 2  # number of effects above which they are first judged without another search
 
 
 def diagnose(
@@ -93,16 +98,16 @@ def diagnose(
     least: float = LEAST,
     misfit: float = MISFIT,
     reading: Reading | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Say = silent,
 ) -> Diagnosis:
     """Find where a model and measured data disagree, and name the missing effects.
 
-    By default, symgen identifies the parameters from the logs, with the torque equations in the
-    motion's band. With `parameters` from an earlier state of the robot, the logs show what changed
-    since. The search tries the effects of the library, and those of the robot file whose constants
-    are ranges. `symgen.hypotheses.search` accepts hypotheses, and `symgen.hypotheses.confirm`
-    adopts them on the validation logs. symgen then derives, compiles and identifies the extended
-    model. The gap is measured on held-out data.
+    By default, symgen identifies the parameters from the logs, as `identify` does. With
+    `parameters` from an earlier state of the robot, the logs show what changed since. The search
+    tries the effects of the library, and those of the robot file whose constants are ranges.
+    `symgen.hypotheses.search` accepts hypotheses, `symgen.hypotheses.confirm` grades them on the
+    validation logs, and `symgen.diagnosis.adoption` writes them into the robot and identifies it
+    again. The gap after is the torque error of that identification on held-out data.
 
     Args:
         robot: a robot, a path or a library name.
@@ -129,307 +134,490 @@ def diagnose(
     unknown = [name for name in effects or () if name not in library]
     if unknown:
         raise ParameterError(f"effect {unknown[0]!r}; accepted: {', '.join(library)}")
-    named = expanded(listed_logs(logs)), expanded(listed_logs(validation))
-    opened = _open(source, named, reading, progress)
-    if parameters is None:
-        require_motion(opened.train, source)
-    progress("deriving and compiling the model")
-    evaluator = model_of(replace(source, sought=()))
-    file_values = values_of_file(robot, evaluator.model)
-    opened = in_torque_scale(opened, file_values, evaluator, reading)
-    known = None if parameters is None else read_known(parameters, evaluator.model)
-    band = known.band if known is not None else None
-    band = band or choose_band(evaluator, opened.train, cutoff, threads=thread_count())
-    band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
-    X = None if known is None else known.X
-    problem = make_problem(evaluator, *_in_band(opened.groups, band), X, misfit)
-    samples = (*opened.train, *opened.held)
-    broken = [f for s in samples for f in unmended_faults(s, source.passive)]
-    registry = make_registry(problem, source, effects)
-    result = SearchResult(problem, problem)
-    if not broken:
-        result = search(problem, registry, least, progress=progress)
+    sources = expanded(listed_logs(logs)), expanded(listed_logs(validation))
+    require_logs(sources[0])
+    case = _Case(robot, source, sources, reading, cutoff, least, progress)
+    fixed = None if parameters is None else read_known(parameters, case.evaluator.model)
+    first = case.first if fixed is None else None
+    found = _search(case, first, fixed, effects, misfit)
     progress("deriving, compiling and identifying the extended model")
-    result, weighed = confirm(result, least)
-    result, weighed, model, gaps = _extend(result, weighed)
-    listed = (*_repaired(opened, band, problem, least), *list_effects(model, weighed))
-    reasons = [Reason(fault.kind, fault.joints, text=fault.fault) for fault in broken]
-    reasons = reasons or _impossible(model, gaps)
-    concluded = _Concluded(source, result, weighed, model, gaps, listed, tuple(reasons))
-    return _conclude(opened, band, concluded, least)
+    adopted = declare(*found)
+    if first is not None:
+        if len(adopted.result.effects) > _MANY:  # drop most of the weak ones at less cost
+            adopted = adopt(*found, first, case.refitted, least)
+        adopted = adopt(adopted.result, adopted.weighed, first, case.identified, least)
+    return _conclude(case, first, adopted)
 
 
 @dataclass(frozen=True, eq=False)
-class _Opened:
-    """The logs of a diagnosis.
+class _Case:
+    """The logs of a diagnosis, and how `identify` fits a robot to them.
 
     Attributes:
-        train, held: the repaired logs. Without validation logs, `held` is the end of each training
-            log.
-        has_validation: whether there are validation logs from the user.
-        repairs: the repairs.
-        changed: the channels that the repairs changed.
-        unmended: both groups without masks of faults and with the measured speeds; None if no
-            repair has the name of an effect.
-        notes: texts about the pieces of long logs.
+        given: the robot, or the path of its file.
+        source: the robot with the ranges of its constants.
+        sources: the training and the validation logs.
+        reading, cutoff, least, progress: as for `diagnose`.
     """
 
-    train: Sequence[Samples]
-    held: Sequence[Samples]
-    has_validation: bool
-    repairs: tuple[Fault, ...]
-    changed: Sequence[MendedChannel] = ()
-    unmended: Groups | None = None
-    notes: tuple[str, ...] = ()
+    given: Robot | str | Path
+    source: Robot
+    sources: tuple[Sequence[Source], Sequence[Source]]
+    reading: Reading | None
+    cutoff: float | None
+    least: float
+    progress: Say
+
+    @cached_property
+    def robot(self) -> Robot:
+        """The robot as its file declares it, without the ranges."""
+        return replace(self.source, sought=())
+
+    @cached_property
+    def recorded(self) -> list[list[Log]] | None:
+        """The logs as recorded; None for long logs."""
+        if is_long([*chain(*self.sources)]):
+            return None
+
+        def opened(source: Source) -> Log:
+            self.progress(f"reading {getattr(source, 'name', source)}")
+            return open_log(source, self.robot, self.reading)
+
+        return [[opened(source) for source in group] for group in self.sources]
+
+    @cached_property
+    def opened(self) -> LogsInMemory | LongLogs:
+        """The repaired logs, or a sample of long ones."""
+        settings = Settings.of(self.robot)
+        logs, reading = self.sources, self.reading
+        if self.recorded is not None:
+            logs = self.recorded[0], self.recorded[1]
+            reading = replace(reading or Reading(), start=None, until=None)
+        opened = open_sources(self.robot, self.robot, logs, settings.models, reading, self.progress)
+        file_values = values_of_file(self.given, opened.evaluator.model)
+        return in_torque_scale(opened, file_values, opened.evaluator, self.reading)
 
     @property
-    def groups(self) -> Groups:
-        """The training and the validation logs."""
-        return self.train, self.held
+    def evaluator(self) -> Evaluator:
+        """The compiled model of the declared robot."""
+        return self.opened.evaluator
+
+    @cached_property
+    def first(self) -> Identified:
+        """The fit of the declared robot."""
+        settings = self._settings(self.robot)
+        file_values = values_of_file(self.given, self.evaluator.model)
+        return identified(self.opened, settings, file_values)
+
+    def identified(self, robot: Robot, changes: Sequence[Changed] = ()) -> Identified:
+        """Identify another robot, with some changes of the logs undone.
+
+        Args:
+            robot: the robot; its [drive] may differ.
+            changes: changes that no robot file can hold.
+        """
+        if robot == self.robot and not changes:
+            return self.first
+        settings = self._settings(robot)
+        if robot.drive == self.robot.drive:
+            opened = self.opened.of_robot(robot, settings.models)
+        else:
+            opened = open_sources(
+                robot, robot, self.sources, settings.models, self.reading, self.progress
+            )
+        if changes:
+            opened = replace(
+                opened,
+                train=_undone(self.first.chosen.run.train, changes),
+                held=_undone(self.first.chosen.run.held, changes),
+            )
+        return identified(opened, settings, None)
+
+    def refitted(self, robot: Robot, changes: Sequence[Changed] = ()) -> Identified:
+        """Identify another robot without another search, on the logs of the first fit."""
+        if changes or robot.drive != self.robot.drive or robot == self.robot:
+            return self.identified(robot, changes)
+        settings = self._settings(robot)
+        opened = self.opened.of_robot(robot, settings.models)
+        run = replace(self.first.chosen.run, evaluator=opened.evaluator)
+        return identified_run(opened, run, settings)
+
+    def _settings(self, robot: Robot) -> Settings:
+        return Settings.of(robot, cutoff=self.cutoff, least=self.least)
 
 
-def _open(
-    robot: Robot,
-    sources: tuple[Sequence[Source], Sequence[Source]],
-    reading: Reading | None,
-    progress: Callable[[str], None],
-) -> _Opened:
-    """Read each log once and repair it."""
-    require_logs(sources[0])
-    has_validation = bool(sources[1])
-    if is_long([*chain(*sources)]):
-        sampled = sample_logs(robot, *sources, reading or Reading(), 0.0, progress)
-        words = sampled.in_words("read; the diagnosis is that of")
-        train, held, more = join_bands(sampled.train, sampled.held)
-        groups = (train, held) if has_validation else hold_out(train)
-        done = (*sampled.repairs, *more)
-        return _Opened(*groups, has_validation, done, notes=(*sampled.notes, *words))
+def _undone(logs: Sequence[FilteredLog], changes: Sequence[Changed]) -> list[Samples]:
+    """Return the samples of logs with changes undone."""
+    out = []
+    for log in logs:
+        for item in changes:
+            log = item.change.undo(log)
+        out.append(log.samples)
+    return out
 
-    def opened(source: Source) -> Log:
-        progress(f"reading {getattr(source, 'name', source)}")
-        return open_log(source, robot, reading)
 
-    recorded = [[opened(source) for source in group] for group in sources]
-    uncut = replace(reading or Reading(), start=None, until=None)
-    (train, held), repairs = open_logs(recorded, robot, uncut, lambda _: None)
-    require_other_data(train, held)
-    train, held, more = join_bands(train, held)
-    logs, done = [*chain(*recorded)], (*repairs, *more)
-    changed = [*mended_channels(zip(logs, (*train, *held), strict=True), done, robot.sigma)]
-    groups = (train, held) if has_validation else hold_out(train)
-    unmended = None
-    if any(r.kind in _REPAIRED for r in done):
-        first, last = (
-            [open_samples(log, robot, uncut, mask_faults=False)[0] for log in group]
-            for group in recorded
+def _search(
+    case: _Case,
+    first: Identified | None,
+    known: KnownParameters | None,
+    effects: Sequence[str] | None,
+    misfit: float,
+) -> tuple[SearchResult, tuple[Weighed, ...]]:
+    """Search for missing effects, and grade them on the validation logs.
+
+    Args:
+        case: the logs.
+        first: the fit of the declared robot, whose repaired logs are searched.
+        known: fixed parameters instead.
+        effects: names of effects to try; None for all.
+        misfit: smallest model error to expect.
+    """
+    run = None if first is None else first.chosen.run
+    if run is not None:
+        problem = make_problem(case.evaluator, run.train, run.held, None, misfit)
+        if any(reason.kind == BROKEN for reason in run.shown):
+            return SearchResult(problem, problem), ()
+    else:
+        assert known is not None
+        train, held = _in_known_band(case, known.band)
+        problem = make_problem(case.evaluator, train, held, known.X, misfit)
+    registry = make_registry(problem, case.source, effects)
+    start = None if run is None or effects is not None or case.source.sought else run.asked
+    if start is not None and misfit == MISFIT:
+        problem = start.declared
+    else:
+        start = None
+    result = search(problem, registry, case.least, progress=case.progress, start=start)
+    return confirm(result, case.least)
+
+
+def _in_known_band(case: _Case, band: Band | None) -> list[list[FilteredLog]]:
+    """Return the training and the validation logs in the band of fixed parameters."""
+    opened, cutoff = case.opened, case.cutoff
+    train, held, _ = join_bands(opened.train, opened.held)
+    band = band or choose_band(case.evaluator, train, cutoff, threads=thread_count())
+    if cutoff is not None:
+        band = replace(band, cutoff_hz=cutoff)
+    return [[filter_log(s, band) for s in group] for group in (train, held)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Gaps:
+    """Torque errors on the validation logs, and the logs as they are drawn.
+
+    Attributes:
+        before, after: of the declared robot, and of the robot that is written.
+        corrected: with what no robot file can hold; None if there is nothing of it.
+        floor: noise floor of joints in motion.
+        curves: torques for plots.
+        promised: the fit of the robot that is written; None with fixed parameters.
+    """
+
+    before: Fitted
+    after: Fitted
+    corrected: Fitted | None
+    floor: Gap
+    curves: tuple[Curves, ...]
+    promised: Identified | None
+
+    @property
+    def explained(self) -> Gap:
+        """Torque error of joints in motion with all adopted effects."""
+        return (self.corrected or self.after).moving
+
+    @property
+    def trusted(self) -> bool | None:
+        """Whether `identify` trusts the robot that is written; None with fixed parameters."""
+        return None if self.promised is None else self.promised.estimate.verdict == "trusted"
+
+    @property
+    def moving(self) -> Gaps:
+        """The errors of joints in motion."""
+        return Gaps(self.before.moving, self.after.moving, self.floor)
+
+
+def _measured(case: _Case, first: Identified | None, adopted: Adopted) -> _Gaps:
+    """Measure the torque errors of the declared robot and of the one that is written."""
+    problem, together = adopted.result.problem, adopted.together
+    if first is None:
+        declared = adopted.result.declared
+        before = _torques(declared.evaluator, declared.X, declared.held)
+        after = together.torques(problem.held)
+        was, now = (
+            compared(*pair, problem.robot)
+            for pair in ((declared.held, before), (problem.held, after))
         )
-        unmended = (first, last) if has_validation else hold_out(first)
-    return _Opened(*groups, has_validation, done, changed, unmended)
+        noise = motion_error(problem.evaluator, problem.held, problem.X, now).noise
+        curves = validation_curves((declared.held, problem.held), before, after)
+        return _Gaps(Fitted.of(was), Fitted.of(now), None, gap_of(noise), curves, None)
+    assert adopted.last is not None
+    promised = adopted.last
+    if adopted.undone:
+        promised = case.identified(adopted.robot)
+    log_effects = [x for x in adopted.result.items if x not in adopted.declared]
+    contacts = _contacts(first, adopted)
+    corrected = None
+    logs = first.chosen.run.held, promised.chosen.run.held
+    before, after = (
+        _torques(x.chosen.run.evaluator, x.estimate.X, x.chosen.run.held) for x in (first, promised)
+    )
+    if log_effects or contacts:
+        held = problem.without(contacts).held
+        logs, after = (logs[0], held), together.torques(held)
+        corrected = Fitted.of(compared(held, after, problem.robot))
+    floor = promised.estimate.noise_floor
+    assert floor is not None
+    return _Gaps(
+        Fitted.of(first.outcome.torque_held),
+        Fitted.of(promised.outcome.torque_held),
+        corrected,
+        gap_of(floor),
+        validation_curves(logs, before, after),
+        promised,
+    )
 
 
-def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[FilteredLog]]:
-    train, held = ([filter_log(s, band) for s in group] for group in groups)
-    return train, held
+def _contacts(first: Identified | None, adopted: Adopted) -> tuple[Contact, ...]:
+    """Return the contacts in training logs, and those in validation logs on the same joints."""
+    result = adopted.result
+    train = (*(() if first is None else first.chosen.run.contacts), *result.contacts)
+    joints = {contact.joints for contact in train}
+    return (*train, *(c for c in result.held_contacts if c.joints in joints))
 
 
-def _extend(
-    result: SearchResult, weighed: tuple[Weighed, ...]
-) -> tuple[SearchResult, tuple[Weighed, ...], Extended, Measured]:
-    """Extend the model; drop the weakest hypothesis while identification fails or the gap grows."""
-    while True:
-        items = result.items
-        lost = ""
-        try:
-            model = extend_model(result)
-            gaps = measure_gap(result, model)
-            if not items or not gaps.grew:
-                return result, weighed, model, gaps
-        except (IdentificationError, RobotError) as error:
-            if not items:  # the declared model itself
-                raise
-            lost = f"the model with it cannot be identified: {error}"
-        fell = {w.item.key: w.fell for w in weighed}  # by key, because new constants make new items
-        weakest = min(items, key=lambda x: fell.get(x.key, 0.0))
-        result = restricted(result, [x for x in items if x is not weakest])
-        if lost and isinstance(weakest, Score):
-            result = replace(result, rejected=(replace(weakest, fault=lost), *result.rejected))
-            weighed = tuple(w for w in weighed if w.item.key != weakest.key)
-        weighed = tuple(
-            replace(w, adopted=False, reason=_GROWS) if w.item.key == weakest.key else w
-            for w in weighed
-        )
+def _torques(evaluator: Evaluator, X: FloatArray, logs: Sequence[FilteredLog]) -> list[FloatArray]:
+    """Return the torque of a model along some logs in the band, (K, n), masked samples included."""
+    return [modelled_torque(evaluator, log.unmasked, X) for log in logs]
 
 
-def _impossible(model: Extended, gaps: Measured) -> list[Reason]:
-    """Return a reason if the model explains the logs but the nearest possible robot does not."""
-    free = gaps.moving.after.total
-    if model.problem.is_fixed or free > ACCEPT:
-        return []
-    try:
-        near = nearest_possible(model.evaluator.model, model.of_robot, model.covariance)
-    except ParameterError:  # the covariance is invalid
-        return []
-    if not near.fault:
-        return []
-    X = np.concatenate([near.X, model.X[model.count :]])
-    bounded = error_in_motion(replace(model, X=X), model.problem.held)
-    limit = largest_error(free)
-    if bounded <= limit:
-        return []
-    text = f"{near.fault}; the nearest possible robot has {percent(bounded)} torque error"
-    missing = Reason(EFFECT_MISSING, value=bounded, limit=limit, text=text)
-    fitted = model.evaluator.model, model.of_robot, model.covariance
-    return like_no_robot(*fitted, (free, bounded), ACCEPT) or [missing]
-
-
-def _repaired(
-    opened: _Opened, band: Band, problem: Problem, least: float
-) -> tuple[FoundEffect, ...]:
-    """Return repairs of samples as effects of the recorder, if they close a part of the gap."""
-    if opened.unmended is None:
-        return ()
-    measured = replace(band, velocity="measured")
-    try:
-        raw = make_problem(
-            problem.evaluator, *_in_band(opened.unmended, measured), problem.known, problem.misfit
-        )
-    except IdentificationError:  # the logs as recorded determine no model
-        return ()
-    (was, size), (now, other) = (held_squares(SearchResult(p, p), []) for p in (raw, problem))
-    before, after = np.sqrt(was / size), np.sqrt(now / other)
-    if (before - after).max() < least or (after - before).max() >= least:
-        return ()
-    share = 1 - float(np.sum(after**2) / np.sum(before**2))
-    by_name: dict[str, list[Fault]] = {}
-    for r in opened.repairs:
-        if r.kind in _REPAIRED:
-            by_name.setdefault(_REPAIRED[r.kind], []).append(r)
-    return tuple(_recorder_effect(*x, problem.robot, share) for x in by_name.items())
-
-
-def _recorder_effect(name: str, faults: Sequence[Fault], robot: Robot, share: float) -> FoundEffect:
-    """Return the repairs of one kind as one effect, with the first value of each parameter."""
-    joints = sorted({j for f in faults for j in f.joints})
-    values: dict[str, FoundParameter] = {}
-    for fault in faults:
-        for key, value, std in fault.values:
-            values.setdefault(key, FoundParameter(key, value, std, ""))
-    d = definitions()[name]
+def _saturation(fitted: Identified | None, least: float) -> FoundEffect | None:
+    """Return clipped torques as an effect of the recorder, if their samples hide a model's fit."""
+    if fitted is None:
+        return None
+    run = fitted.chosen.run
+    faults = [f for f in run.repairs if f.kind == "saturated"]
+    if not faults:
+        return None
+    robot = run.evaluator.model.robot
+    every = clear = TorqueFit.none(robot)
+    for log in run.held:
+        torque = modelled_torque(run.evaluator, log.unmasked, fitted.estimate.X)
+        measured, free = log.unmasked.measured, log.clear[log.kept]
+        every += squares(np.ones_like(free), measured, torque)
+        clear += squares(free, measured, torque)
+    before, after = (np.array(x.residual.per_joint) for x in (every, clear))
+    if (before - after).max() < least:
+        return None
+    values = {name: (value, std) for f in faults for name, value, std in f.values}
+    d = definitions()[_SATURATION]
     return FoundEffect(
-        name=name,
-        joints=joint_numbers(robot, joints),
-        parameters=tuple(values.values()),
+        name=d.name,
+        joints=joint_numbers(robot, sorted({j for f in faults for j in f.joints})),
+        parameters=tuple(FoundParameter(name, *pair, "") for name, pair in values.items()),
         expression=d.formula,
         p_value=0.0,
-        gap_reduction=share,
-        adopted=True,
+        gap_reduction=1 - float(np.sum(after**2) / np.sum(before**2)),
         shown=True,
         declared=False,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Concluded:
-    """The intermediate results of a diagnosis; `robot` is as its file declares it."""
-
-    robot: Robot
-    result: SearchResult
-    weighed: tuple[Weighed, ...]
-    model: Extended
-    gaps: Measured
-    effects: tuple[FoundEffect, ...]
-    #: Reasons why the measurement is wrong, or why no robot has these parameters.
-    reasons: tuple[Reason, ...]
-
-
-def _verdict(c: _Concluded, least: float) -> str:
-    """Return one of VERDICTS."""
-    impossible = any(reason.kind == EFFECT_MISSING for reason in c.reasons)
-    wrong = bool(c.reasons) and not impossible
-    if wrong or _recorder_closes_more(c):
-        return "bad-measurement"
-    after, floor = c.gaps.moving.after, c.gaps.moving.noise_floor
-    explained = quiet(after.per_joint, floor.per_joint, least) and not impossible
-    if not any(e.adopted for e in c.effects):
-        return "consistent" if explained else "unexplained"
-    return "explained" if explained and after.total <= EXPLAINED else "partly-explained"
-
-
-def _recorder_closes_more(c: _Concluded) -> bool:
-    """Whether adopted faults of the recorder explain more of the torque than all other effects."""
-    # The search starts from the error after the repairs.
-    before = c.gaps.all_samples.before.total**2
-    shares = [e.gap_reduction for e in c.effects if e.name in _REPAIRED.values()]
-    closed = {RECORDER: sum(before * share / max(1 - share, TINY) for share in shares)}
-    for w in c.weighed:
-        side = prior_of(w.item.definition).side
-        closed[side] = closed.get(side, 0.0) + w.adopted * w.fell**2
-    return 2 * closed[RECORDER] > sum(closed.values())
-
-
-def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagnosis:
+def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagnosis:
     """Assemble the diagnosis from its intermediate results."""
-    result, robot = c.result, c.result.declared.robot
-    verdict = _verdict(c, least)
-    adopted = [e for e in c.effects if e.adopted]
-    where = () if verdict == "consistent" else places(result, adopted, c.gaps)
-    doubts = [(w.item, w.reason) for w in c.weighed if not w.adopted]
-    refused = [(s, why) for s, why in doubts if isinstance(s, Score)]
+    result, robot, least = adopted.result, case.robot, case.least
+    gaps = _measured(case, first, adopted)
+    run = None if first is None else first.chosen.run
+    contacts = _contacts(first, adopted)
+    suspected = _suspected(adopted, contacts, least)
+    delays = gaps.promised is not None and bool(gaps.promised.chosen.run.delays)
+    effects = list_effects(adopted, contacts, suspected, delays=not delays)
+    clipped = _saturation(gaps.promised, least)
+    if clipped is not None:
+        effects = (clipped, *effects)
+    reasons = _reasons(gaps.promised)
+    verdict = _verdict(adopted, gaps, effects, reasons, least)
+    named = [e for e in effects if e.adopted]
+    where: tuple[Place, ...] = ()
+    if verdict != "consistent":
+        where = places(result, named, gaps.before.moving, gaps.floor, gaps.curves, contacts)
+    doubted = {w.item.key for w in suspected}
+    refused = [
+        (w.item, w.reason)
+        for w in adopted.weighed
+        if not w.adopted and w.item.key not in doubted and isinstance(w.item, Score)
+    ]
     refused += [(s, s.fault) for s in result.rejected[:_LISTED]]
     rejected = (
         Rejected(s.definition.name, joint_numbers(robot, s.joints), why) for s, why in refused
     )
-    train = result.problem.base
-    remaining = c.gaps.moving.after
-    changed: list[Reason] = []
-    if opened.has_validation and verdict in ("unexplained", "partly-explained"):
-        changed = changed_state(error_in_motion(c.model, result.problem.logs), remaining.total)
+    repairs = case.opened.repairs if gaps.promised is None else gaps.promised.chosen.run.repairs
     cutoffs = [log.rows.cutoff for log in result.problem.held if log.rows.cutoff]
     diagnosis = Diagnosis(
         robot=robot.name,
         verdict=verdict,
         cutoff_hz=min(cutoffs, default=None),
-        before=c.gaps.all_samples.before,
-        after=c.gaps.all_samples.after,
-        floor=c.gaps.all_samples.noise_floor,
-        moving=c.gaps.moving,
+        before=gaps.before.all_samples,
+        after=gaps.after.all_samples,
+        floor=gaps.floor,
+        moving=gaps.moving,
+        corrected=None if gaps.corrected is None else gaps.corrected.moving,
+        trusted=gaps.trusted,
         where=where,
-        effects=c.effects,
+        effects=effects,
         rejected=tuple(rejected),
         advice=(
-            *(r.text for r in (*c.reasons, *changed)),
-            *advice_of(c.effects, robot, verdict, remaining),
+            *(reason.text for reason in reasons),
+            *advice_of(effects, robot, verdict, gaps.explained),
         ),
-        notes=_notes(opened, band, c),
-        extended=c.model.robot,
+        notes=_notes(case, first, adopted, gaps, named),
+        extended=adopted.robot,
         joints=tuple(j.number for j in robot.movable),
-        curves=c.gaps.curves,
+        curves=gaps.curves,
         tried=result.tried,
-        parameters=robot_parameters(c.model, c.effects),
+        parameters=robot_parameters(adopted),
         declared=robot,
-        values=tuple(map(float, result.declared.estimate)),
-        repairs=opened.repairs,
-        mended=largest_repairs(opened.changed),
-        band=band,
+        values=tuple(map(float, _declared_values(result, first))),
+        repairs=tuple(repairs),
+        mended=_mended(case, run),
+        band=result.problem.logs[0].band,
     )
-    return with_stiffness(diagnosis, robot, stiffnesses(train))
+    return with_stiffness(diagnosis, robot, stiffnesses(result.problem.base))
 
 
-def _notes(opened: _Opened, band: Band, c: _Concluded) -> tuple[str, ...]:
-    """Return the changes of the logs, and the effects that the extended robot does not contain."""
+def _declared_values(result: SearchResult, first: Identified | None) -> FloatArray:
+    return result.declared.X if first is None else first.estimate.X
+
+
+def _suspected(adopted: Adopted, contacts: Sequence[Contact], least: float) -> list[Weighed]:
+    """Return the hypotheses that matter but are not adopted: the largest of each joint."""
+    doubted = [w for w in adopted.weighed if not w.adopted and w.fell >= least]
+    others = (c for c in adopted.result.held_contacts if c not in contacts)
+    doubted += [Weighed(c, c.worth, adopted=False) for c in others]
+    out: list[Weighed] = []
+    taken: set[int | None] = set()
+    for w in sorted(doubted, key=lambda w: -w.fell):
+        joints: set[int | None] = {*w.item.joints} or {None}
+        if not joints & taken:
+            out.append(w)
+            taken |= joints
+    return out
+
+
+def _reasons(promised: Identified | None) -> tuple[Reason, ...]:
+    """Return why the measurement is wrong, or why no robot has these parameters."""
+    if promised is None:
+        return ()
+    wanted = (BROKEN, NO_ROBOT, EFFECT_MISSING, CHANGED)
+    estimate = promised.estimate
+    physical = [estimate.physical.reason] if estimate.physical.reason else []
+    every = (*estimate.reasons, *physical, *estimate.suspected)
+    return tuple({r.kind: r for r in every if r.kind in wanted}.values())
+
+
+def _verdict(
+    adopted: Adopted,
+    gaps: _Gaps,
+    effects: Sequence[FoundEffect],
+    reasons: Sequence[Reason],
+    least: float,
+) -> str:
+    """Return one of VERDICTS."""
+    kinds = {reason.kind for reason in reasons}
+    clipped = [e.gap_reduction for e in effects if e.name == _SATURATION]
+    if kinds & {BROKEN, NO_ROBOT} or _recorder_is_chief(adopted, clipped):
+        return "bad-measurement"
+    quiet_now = quiet(gaps.explained.per_joint, gaps.floor.per_joint, least)
+    explained = quiet_now and EFFECT_MISSING not in kinds
+    if not any(e.adopted for e in effects):
+        return "consistent" if explained and not effects else "unexplained"
+    if gaps.corrected is None:
+        explained = explained and gaps.trusted is not False
+    return "explained" if explained else "partly-explained"
+
+
+def _recorder_is_chief(adopted: Adopted, clipped: Sequence[float]) -> bool:
+    """Whether faults that only a new recording mends close most of the gap."""
+    result = adopted.result
+    faults = [
+        x
+        for x in result.items
+        if x not in adopted.declared and prior_of(x.definition).side == RECORDER
+    ]
+    if not faults and not clipped:
+        return False
+    sets: tuple[Sequence[Item], ...] = (
+        [],
+        [x for x in result.items if x not in faults],
+        result.items,
+    )
+    sigma = result.problem.robot.sigma
+    first, without, last = (
+        relative_error(*held_squares(result, items), sigma).relative ** 2 for items in sets
+    )
+    masked = sum(first * share / max(1 - share, TINY) for share in clipped)
+    by_faults = without - last + masked
+    remaining = math.sqrt(last / max(without + masked, TINY))
+    closed = first - last + masked
+    return by_faults >= CHIEFLY * closed and 1 - remaining >= WORTH
+
+
+def _notes(
+    case: _Case,
+    first: Identified | None,
+    adopted: Adopted,
+    gaps: _Gaps,
+    named: Sequence[FoundEffect],
+) -> tuple[str, ...]:
+    """Return notes on the logs, on the numbers, and on what the extended robot lacks."""
+    opened, source = case.opened, case.source
+    repairs = opened.repairs if gaps.promised is None else gaps.promised.chosen.run.repairs
+    band = adopted.result.problem.logs[0].band
     out = [note for s in (*opened.train, *opened.held) for note in s.notes]
-    out += [*opened.notes, *(r.in_words for r in opened.repairs), f"band: {band.in_words()}"]
+    out += [*(r.in_words for r in repairs), f"band: {band.in_words()}"]
+    if isinstance(opened, LongLogs):
+        out += [*opened.sampled.notes, *opened.sampled.in_words("read; the search is that of")]
     if not opened.has_validation:
         out.append(
             "no validation log is given: the torque error is that of the last fifth of each log"
         )
-    if any(w.reason == REPEATED for w in c.weighed):
+    if any(w.reason == REPEATED for w in adopted.weighed):
         out.append(f"{REPEATED}: record another motion (symgen excite plans one)")
-    named = {(e.name, joint) for e in c.effects if e.adopted for joint in e.joints}
-    lost = [s.key for s in c.robot.sought if s.key not in named]
+    if first is not None and gaps.promised is not None:
+        out += _models(first, gaps.promised)
+    if gaps.corrected is not None:
+        out.append(
+            f"with what no robot file can hold, the torque error is "
+            f"{percent(gaps.corrected.moving.total)}"
+        )
+    known = {(e.name, joint) for e in named for joint in e.joints}
+    lost = [s.key for s in source.sought if s.key not in known]
     if lost:
-        listed = ", ".join(f"{name} on {c.robot.label(joint)}" for name, joint in lost)
+        listed = ", ".join(f"{name} on {source.label(joint)}" for name, joint in lost)
         out.append(
             f"not found in these logs, so the extended robot.toml does not contain it: {listed}"
         )
     return tuple(out)
+
+
+def _models(first: Identified, last: Identified) -> list[str]:
+    """Return a note on the models of both errors if they differ."""
+    was, now = (x.estimate.model for x in (first, last))
+    if was == now:
+        return []
+    other = [a for a in first.estimate.alternatives if a.model == now and a.validation]
+    text = f"the torque error before is that of the {was} model, the one after of the {now} model"
+    for a in other:
+        assert a.validation is not None
+        error = percent(a.validation.relative)
+        text += f"; by that model, the error before is {error} over all samples"
+    return [text]
+
+
+def _mended(case: _Case, run: Run | None) -> tuple[MendedChannel, ...]:
+    """Return the channels that repairs changed the most."""
+    if case.recorded is None or run is None:
+        return ()
+    logs = [*chain(*case.recorded)]
+    used = {log.name: log.samples for log in run.logs}
+    pairs = [(log, used[log.name]) for log in logs if log.name in used]
+    return largest_repairs(mended_channels(pairs, run.repairs, case.robot.sigma))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Annotated
@@ -30,6 +31,9 @@ class Fault:
             dq/dt, delayed by LV s, with an offset OV. Torques of all joints were delayed by DT s
             and are shifted. `limit` is that of a clipped torque.
         kind: kind of the fault, for programs, such as "converted" of a column in other units.
+        gap_reduction: share of the squared torque error that the correction removes; NaN if it is
+            unknown.
+        value, std: the first of `values`; NaN without values.
         joints: indices of the joints; empty for all.
     """
 
@@ -40,7 +44,15 @@ class Fault:
     done: str = LEFT
     values: tuple[tuple[str, float, OrNan], ...] = ()
     kind: str = field(default="", compare=False)
+    gap_reduction: OrNan = field(default=math.nan, compare=False)
+    value: OrNan = field(init=False, compare=False)
+    std: OrNan = field(init=False, compare=False)
     joints: Annotated[tuple[int, ...], BESIDE] = field(default=(), compare=False)
+
+    def __post_init__(self) -> None:
+        first = self.values[0] if self.values else ("", math.nan, math.nan)
+        object.__setattr__(self, "value", first[1])
+        object.__setattr__(self, "std", first[2])
 
     @property
     def in_words(self) -> str:
@@ -52,6 +64,13 @@ class Fault:
 def delay_of(fault: Fault) -> float:
     """Return the shift DT of the torques of all joints, s; 0 if they are not shifted."""
     return sum(value for name, value, _ in fault.values if name == "DT")
+
+
+def torques_of(fault: Fault) -> list[int] | None:
+    """Return the positions of the torque channels of a fault; None for all."""
+    if fault.channel == "tau":
+        return None
+    return [int(name.removeprefix("tau")) - 1 for name in fault.channel.split(", ")]
 
 
 def merge_faults(faults: Iterable[Fault]) -> list[Fault]:

@@ -21,7 +21,7 @@ from symgen.data.signals import (
 )
 from symgen.estimation.decimation import ENDS
 from symgen.estimation.filtered_log import FilteredLog, base_motion
-from symgen.faults.fault import Fault, delay_of
+from symgen.faults.fault import Fault, delay_of, torques_of
 
 _SMOOTH = 10.0  # Hz: band in which speeds are computed from positions
 
@@ -91,7 +91,7 @@ def with_known_shifts(
 ) -> tuple[Samples, tuple[Fault, ...]]:
     """Shift the torques of a log as an estimate did; return also the repairs of this log."""
     for fault in shifts:
-        samples = with_earlier_torques(samples, delay_of(fault))
+        samples = with_earlier_torques(samples, delay_of(fault), torques_of(fault))
     return samples, tuple(replace(f, log=samples.name, samples=len(samples.t)) for f in shifts)
 
 

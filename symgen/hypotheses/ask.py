@@ -11,7 +11,6 @@ import numpy as np
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.torque_error import relative_error
 from symgen.estimation.values import Reason
-from symgen.hypotheses.changes import Change
 from symgen.hypotheses.confirm import Weighed, confirm
 from symgen.hypotheses.effects import Candidate
 from symgen.hypotheses.event import Contact
@@ -35,16 +34,18 @@ class Answer:
     Attributes:
         shown: faults of recorder or robot file that are shown as the cause.
         suspected: all other probable hypotheses.
-        delays: delays of the torques of all joints, which `identify` can undo.
+        delays: delays of torques, which `identify` can undo.
         contacts: contacts in training logs, whose samples `identify` can mask.
         largest_fold_error: largest torque error of a fold, predicted by the fit to the other folds.
+        result: the search; None if the error is too small for one.
     """
 
     shown: tuple[Reason, ...] = ()
     suspected: tuple[Reason, ...] = ()
-    delays: tuple[Change, ...] = ()
+    delays: tuple[Changed, ...] = ()
     contacts: tuple[Contact, ...] = ()
     largest_fold_error: float = 0.0
+    result: SearchResult | None = None
 
 
 def ask(
@@ -80,6 +81,9 @@ def ask(
     for w in weighed:
         if w.item in contacts:
             continue
+        if isinstance(w.item, Changed) and w.adopted and w.item.change.delay:
+            delays.append(w.item)
+            continue
         reason = reason_of(w, result)
         row = w.item.definition
         # A log in which the robot changes belongs to no single state of the robot.
@@ -88,9 +92,8 @@ def ask(
             shown.append(reason)
         else:
             suspected.append(reason)
-        if isinstance(w.item, Changed) and w.adopted and w.item.change.delay and not w.item.joints:
-            delays.append(w.item.change)
-    return Answer(tuple(shown), tuple(suspected), tuple(delays), tuple(contacts), error)
+    about = tuple(shown), tuple(suspected), tuple(delays), tuple(contacts)
+    return Answer(*about, error, result)
 
 
 def _largest_fold_error(stage: Stage) -> float:

@@ -113,6 +113,7 @@ class SearchResult:
         items: the accepted hypotheses. The columns of effects are those on the logs of `problem`.
         rejected: the other effects with the reason, the most probable first.
         tried: number of candidates.
+        held_contacts: contacts in the validation logs, which no other motion confirms.
     """
 
     declared: Problem
@@ -120,6 +121,7 @@ class SearchResult:
     items: tuple[Item, ...] = ()
     rejected: tuple[Score, ...] = ()
     tried: int = 0
+    held_contacts: tuple[Contact, ...] = ()
 
     @property
     def effects(self) -> tuple[Score, ...]:

@@ -68,6 +68,7 @@ def search(
     least: float = LEAST,
     steps: int | None = None,
     progress: Say = silent,
+    start: SearchResult | None = None,
 ) -> SearchResult:
     """Add the most probable hypothesis and drop improbable ones, until none can be added.
 
@@ -78,11 +79,13 @@ def search(
             hypotheses down to the misfit, if that is smaller.
         steps: largest number of hypotheses to add, without alternatives; None for no limit.
         progress: called with a text about the current trial.
+        start: the result of a search with fewer steps on the same problem, to go on with.
     """
     # An effect that is small on the training motion may matter on other motion. `confirm` decides.
     least = min(least, problem.misfit)
     judge = _Judge(registry, least)
-    result, visited = SearchResult(problem, problem), {frozenset[Key]()}
+    result = start or SearchResult(problem, problem)
+    visited = {frozenset[Key](), result.keys}
     options: list[Score] = []
     for count in itertools.count(1) if steps is None else range(1, steps + 1):
         progress(f"trying {len(registry.pool)} candidates for effect {count}")
@@ -105,8 +108,8 @@ def search(
             exact = exact_gravity(stage, np.array(tilt.change.gravity))
             result = rest.with_items((replace(tilt, change=exact), *rest.items))
     result = in_one_log(result)
-    if registry.contacts:
-        result = _with_validation_contacts(result, least)
+    if registry.contacts and result.problem.held:
+        result = replace(result, held_contacts=tuple(_held_contacts(result, least)))
     if steps is not None:
         return result
     rejected = tuple(judge.reasoned(s) for s in options if s.key not in result.keys)
@@ -114,30 +117,22 @@ def search(
     return replace(result, rejected=rejected, tried=len(registry.pool))
 
 
-def _with_validation_contacts(result: SearchResult, least: float) -> SearchResult:
-    """Return the result with the contacts of the validation logs, where no model can fit.
-
-    No other motion confirms them, so they must be shown: without them, at most the part SHOWN of
-    the error of one of their joints remains.
-    """
-    if not result.problem.held:
-        return result
-    contacts: list[Contact] = []
-    joined = result.problem.joined
-    size, held = joined.base.size, result.problem.held
+def _held_contacts(result: SearchResult, least: float) -> Iterator[Contact]:
+    """Yield contacts in the validation logs without which little of their joint's error remains."""
+    joined, size = result.problem.joined, result.problem.base.size
+    held = result.problem.held
     effects = columns_in(joined, result.effects)
-    before = joined.stage(effects).score.alone.variance
+    score = joined.stage(effects).score
     while True:
-        contact = likeliest_contact(joined.stage(effects).score, held, size)
+        contact = likeliest_contact(score, held, size)
         if contact is None or contact.odds <= 0 or contact.worth < least:
-            break
-        contacts.append(contact)
+            return
         joined = joined.without([contact])
         held = joined.logs[: len(held)]
-    after = joined.stage(effects).score.alone.variance
-    remaining = np.sqrt(after / np.maximum(before, TINY))
-    shown = (c for c in contacts if remaining[list(c.joints)].min() <= SHOWN)
-    return result.with_items((*result.items, *shown))
+        before, score = score, joined.stage(effects).score
+        remaining = np.sqrt(score.alone.variance / np.maximum(before.alone.variance, TINY))
+        if remaining[list(contact.joints)].min() <= SHOWN:
+            yield contact
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,8 +40,8 @@ from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.logs import join_bands
 from symgen.faults.samples import unmended_faults
 from symgen.hypotheses.ask import ask
-from symgen.hypotheses.changes import Change
 from symgen.hypotheses.event import Contact
+from symgen.hypotheses.registry import Changed, SearchResult
 from symgen.identification.estimate import Alternative
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import (
@@ -58,6 +58,8 @@ from symgen.policy import AS_GOOD, KNOWN, ROUNDING, VARIES
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
+#: Kind of the reason that a channel must be recorded again.
+BROKEN = "broken_channel"
 #: Torque equations, on which the models are compared.
 _COMPARED = EquationModel("torque", 0.0)
 #: Models in the order of preference if they are as good.
@@ -102,9 +104,11 @@ class Run:
         has_validation: whether there are validation logs from the user.
         shown: faults of recorder or robot file that are shown as the cause.
         suspected: other possible faults and missing effects.
-        delay: delay of the torques that is undone, s.
+        delays: delays of torques that are undone: positions of the joints, empty for all, and s.
+        contacts: contacts in the training logs, whose samples are masked.
         largest_fold_error: largest torque error of a fold, predicted by the fit to the other folds;
             0.0 if samples are masked.
+        asked: the short search on these logs; None if faults were undone after it.
     """
 
     evaluator: Evaluator
@@ -115,8 +119,10 @@ class Run:
     has_validation: bool = True
     shown: tuple[Reason, ...] = ()
     suspected: tuple[Reason, ...] = ()
-    delay: float = 0.0
+    delays: tuple[tuple[tuple[int, ...], float], ...] = ()
+    contacts: tuple[Contact, ...] = ()
     largest_fold_error: float = 0.0
+    asked: SearchResult | None = None
 
     @property
     def logs(self) -> tuple[FilteredLog, ...]:
@@ -161,19 +167,16 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -
     """
     robot = run.evaluator.model.robot
     every = [f for log in run.logs for f in unmended_faults(log.samples, robot.passive)]
-    broken = tuple(Reason("broken_channel", text=f.fault) for f in every)
+    broken = tuple(Reason(BROKEN, text=f.fault) for f in every)
     if broken:
         return replace(run, shown=broken)
     answer = ask(run.evaluator, run.train, run.held, least, opened.progress)
-    for change in answer.delays:
-        run = _shifted(run, change)
-    if abs(run.delay) * run.band.comparison_hz * PER_PERIOD > 1:
-        train, held = ([log.samples for log in group] for group in (run.train, run.held))
-        again = replace(opened, train=train, held=held, repairs=())
-        moved = filter_in_band(again, cutoff)
-        run = replace(moved, repairs=run.repairs, delay=run.delay)
     if answer.delays:
+        run = _in_better_band(opened, _shifted(run, answer.delays), cutoff)
         answer = ask(run.evaluator, run.train, run.held, least, opened.progress)
+        run = _shifted(run, answer.delays)  # of joints that the first delay hid
+    undone = bool(run.delays or answer.contacts)
+    run = replace(run, asked=None if undone else answer.result)
     run = _without(run, answer.contacts)
     # The filter spreads masked samples slightly into the rows around them.
     masked = any(log.mask is not None for log in run.logs)
@@ -183,6 +186,16 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -
     if proportional_joints(run.train):
         return run
     return replace(run, shown=answer.shown, suspected=answer.suspected)
+
+
+def _in_better_band(opened: OpenLogs, run: Run, cutoff: float | None) -> Run:
+    """Return the run in a band that is chosen again, if its delays spoiled the choice."""
+    longest = max(abs(delay) for _, delay in run.delays)
+    if longest * run.band.comparison_hz * PER_PERIOD <= 1:
+        return run
+    train, held = ([log.samples for log in group] for group in (run.train, run.held))
+    again = filter_in_band(replace(opened, train=train, held=held, repairs=()), cutoff)
+    return replace(again, repairs=run.repairs, delays=run.delays)
 
 
 def _without(run: Run, contacts: Sequence[Contact]) -> Run:
@@ -200,26 +213,43 @@ def _without(run: Run, contacts: Sequence[Contact]) -> Run:
             joints=contact.joints,
         )
         train, held = (tuple(map(span.mask, group)) for group in (run.train, run.held))
-        run = replace(run, train=train, held=held, repairs=(*run.repairs, fault))
+        repairs = (*run.repairs, fault)
+        run = replace(run, train=train, held=held, repairs=repairs)
+    return replace(run, contacts=tuple(contacts))
+
+
+def _shifted(run: Run, delays: Sequence[Changed]) -> Run:
+    """Return the run with the torques of some joints, or of all, shifted."""
+    for item in delays:
+        change = item.change
+        train, held = (tuple(map(change.undo, group)) for group in (run.train, run.held))
+        run = replace(
+            run,
+            train=train,
+            held=held,
+            repairs=(*run.repairs, _shift(item, run)),
+            delays=(*run.delays, (change.joints, change.delay)),
+        )
     return run
 
 
-def _shifted(run: Run, change: Change) -> Run:
-    """Return the run with the torques of all joints shifted."""
-    ((delay, _),) = change.constants.values()
-    word = "late" if delay > 0 else "early"
-    fault = Fault(
+def _shift(item: Changed, run: Run) -> Fault:
+    """Return the repair of a delay of torques."""
+    change, robot = item.change, run.evaluator.model.robot
+    word = "late" if change.delay > 0 else "early"
+    joints = robot.listed(change.joints) if change.joints else "all joints"
+    milliseconds = 1e3 * abs(change.delay)
+    return Fault(
         EVERYWHERE,
-        "tau",
-        f"the torques of all joints are {1e3 * abs(delay):.3g} ms {word} against the motion",
-        samples=sum(len(s.t) for s in run.logs),
+        ", ".join(f"tau{j + 1}" for j in change.joints) or "tau",
+        f"the torques of {joints} are {milliseconds:.3g} ms {word} against the motion",
+        samples=sum(len(log.t) for log in run.logs),
         done="shifted",
-        values=(("DT", delay, math.nan),),
+        values=(("DT", change.delay, change.std.get("DT", math.nan)),),
         kind="delay",
+        joints=change.joints,
+        gap_reduction=item.gain,
     )
-    train, held = (tuple(map(change.undo, group)) for group in (run.train, run.held))
-    repairs = (*run.repairs, fault)
-    return replace(run, train=train, held=held, repairs=repairs, delay=run.delay + delay)
 
 
 @dataclass(frozen=True, eq=False)

@@ -103,7 +103,7 @@ class Settings:
         reading: options of reading files.
         band: band of the run.
         model: model of the equations.
-        delay: delay of the torques to undo, s.
+        delays: delays of torques to undo, see `symgen.identification.model_choice.Run`.
     """
 
     robot: str
@@ -111,7 +111,7 @@ class Settings:
     reading: Reading
     band: Band
     model: EquationModel
-    delay: float
+    delays: tuple[tuple[tuple[int, ...], float], ...]
 
     @property
     def evaluator(self) -> Evaluator:
@@ -149,8 +149,8 @@ def _open(segment: Segment, settings: Settings) -> tuple[FilteredLog, tuple[Faul
     if not segment.clean and mended_speeds(looked, band)[1]:
         samples, more = mended_speeds(samples, band)
         repairs += more
-    if settings.delay:
-        samples = with_earlier_torques(samples, settings.delay)
+    for joints, delay in settings.delays:
+        samples = with_earlier_torques(samples, delay, joints or None)
     return filter_log(samples, settings.band), repairs
 
 
@@ -323,6 +323,12 @@ class LongLogs(OpenLogs):
     about: tuple[str, tuple[str, ...]]
     executor: Executor | None
 
+    def of_robot(self, robot: Robot, models: Sequence[EquationModel]) -> LongLogs:
+        """Return the logs with the model of another robot with the same drive."""
+        kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
+        text = robot_toml(robot)
+        return replace(self, evaluator=load_model(text, kernels), about=(text, kernels))
+
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
         """Solve least squares over all segments.
 
@@ -331,7 +337,7 @@ class LongLogs(OpenLogs):
         """
         run, logs = chosen.run, self.sampled.logs
         settings = Settings(
-            *self.about, self.sampled.reading, run.band, chosen.best.model, run.delay
+            *self.about, self.sampled.reading, run.band, chosen.best.model, run.delays
         )
         segments = [x for k, log in enumerate(logs) for x in segments_of(k, log)]
         summaries: dict[tuple[int, int], Summary] = {}

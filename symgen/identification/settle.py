@@ -34,6 +34,8 @@ from symgen.robot.types import Robot
 _FRICTION = ("FS", "FV", "FSM", "FVM")
 #: Kind of the reason that the nearest possible robot predicts worse than least squares.
 EFFECT_MISSING = "effect_missing"
+#: Kind of the reason that only impossible parameters explain the logs.
+NO_ROBOT = "no_robot"
 _SHRUNK = "a weak prior holds what the logs do not determine"
 _DIAGNOSE = "an effect is missing from the model: symgen diagnose searches for it"
 
@@ -132,7 +134,7 @@ def like_no_robot(
         f"no possible robot moves like this: the nearest one has {percent(bounded)} torque error; "
         f"check the signs of torques and positions{of}, and that time increases"
     )
-    return [Reason("no_robot", tuple(drives or ()), bounded, limit, text)]
+    return [Reason(NO_ROBOT, tuple(drives or ()), bounded, limit, text)]
 
 
 def joint_of_friction(name: str) -> int | None:

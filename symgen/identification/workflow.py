@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from symgen.codegen.model import derive
@@ -24,6 +24,7 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
+from symgen.estimation.values import FloatArray
 from symgen.faults.logs import open_logs, require_motion
 from symgen.identification.assessment import (
     Outcome,
@@ -34,19 +35,21 @@ from symgen.identification.estimate import Estimate
 from symgen.identification.model_choice import (
     ChosenModel,
     OpenLogs,
+    Run,
     ask_search,
     blame_motion,
     choose_model,
     filter_in_band,
 )
 from symgen.identification.parameters import read_prior, values_of_file
-from symgen.identification.segments import LongLogs, open_long_logs
+from symgen.identification.segments import LongLogs, load_model, open_long_logs
 from symgen.identification.settle import settle
 from symgen.identification.solving import AUTO, FOLDED, Fit, Method, solve_equations, system_of
 from symgen.identification.torque_scale import in_torque_scale
 from symgen.parallel import Say, silent
 from symgen.policy import ACCEPT, LEAST
 from symgen.robot.toml_io import read_robot
+from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
@@ -107,42 +110,143 @@ def identify(
         LogError: symgen cannot read a log, or it belongs to another robot.
         IdentificationError: an option is invalid, or the logs do not determine the parameters.
     """
-    if model not in MODELS:
-        raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
-    if not (math.isfinite(window) and window > 0):
-        raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
-    options = fit or Fit()
-    by = Method.of(method, options.forgetting)
-    sources, held = expanded(listed_logs(logs)), expanded(listed_logs(validation))
-    motions = options.motions(len(sources), by.name)
-    require_logs(sources)
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     source = replace(source, exact=exact or source.exact)
-    models = _equation_models(source, model, window, by)
-    opened: LogsInMemory | LongLogs
-    if is_long([*sources, *held]):
-        if option := _needs_memory(source, by, options):
-            raise IdentificationError(
-                f"{option} on a long log; accepted: methods {', '.join(FOLDED)} alone, or files "
-                f"on a disk of {LIMIT:,} samples together"
-            )
-        about = sources, held, models, reading, executor, progress
-        opened = open_long_logs(source, *about)
-    else:
-        opened = _open_in_memory(robot, source, (sources, held), models, reading, progress)
+    options = fit or Fit()
+    about = Settings.of(source, model, method, window, options, cutoff, accept, least)
+    sources, held = expanded(listed_logs(logs)), expanded(listed_logs(validation))
+    motions = options.motions(len(sources), about.method.name)
+    require_logs(sources)
+    needed = _needs_memory(source, about.method, options)
+    if needed and is_long([*sources, *held]):
+        raise IdentificationError(
+            f"{needed} on a long log; accepted: methods {', '.join(FOLDED)} alone, or files "
+            f"on a disk of {LIMIT:,} samples together"
+        )
+    opened = open_sources(robot, source, (sources, held), about.models, reading, progress, executor)
     file_values = values_of_file(robot, opened.evaluator.model)
     opened = in_torque_scale(opened, file_values, opened.evaluator, reading)
-    if options.prior is not None:
-        by = replace(by, prior=read_prior(options.prior, opened.evaluator.model))
-    own_speeds = by.name == "iv" and not motions
-    run = filter_in_band(opened, cutoff, own_speeds=own_speeds)
-    progress("searching for faults of the logs and missing effects")
-    run = ask_search(opened, run, cutoff, least)
-    chosen = choose_model(run, models, by, motions, progress)
+    about = replace(about.with_prior(options, opened.evaluator), motions=tuple(motions))
+    return identified(opened, about, file_values).estimate
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """Options of an identification, besides those of reading.
+
+    Attributes:
+        models: models to fit.
+        method: method of the solution.
+        motions: commanded motion of each training log; empty if there are none.
+        cutoff: cutoff of the filter, Hz; None to choose it.
+        accept: largest torque error of a usable model, as a part of the torque.
+        least: smallest torque that matters, as a part of the joint's torque.
+    """
+
+    models: tuple[EquationModel, ...]
+    method: Method
+    motions: tuple[Source, ...] = ()
+    cutoff: float | None = None
+    accept: float = ACCEPT
+    least: float = LEAST
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        model: str = AUTO,
+        method: str | Estimator = AUTO,
+        window: float = 0.2,
+        fit: Fit | None = None,
+        cutoff: float | None = None,
+        accept: float = ACCEPT,
+        least: float = LEAST,
+    ) -> Settings:
+        """Return the settings for the arguments of `identify`.
+
+        Raises:
+            IdentificationError: an argument is invalid.
+        """
+        if model not in MODELS:
+            raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
+        if not (math.isfinite(window) and window > 0):
+            raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
+        by = Method.of(method, (fit or Fit()).forgetting)
+        models = _equation_models(robot, model, window, by)
+        return cls(models, by, (), cutoff, accept, least)
+
+    def with_prior(self, fit: Fit, evaluator: Evaluator) -> Settings:
+        """Return the settings with the prior of a fit."""
+        if fit.prior is None:
+            return self
+        prior = read_prior(fit.prior, evaluator.model)
+        return replace(self, method=replace(self.method, prior=prior))
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """An identification: the logs with the chosen model, its solution, and the estimate."""
+
+    chosen: ChosenModel
+    outcome: Outcome
+    estimate: Estimate
+
+
+def identified(
+    opened: LogsInMemory | LongLogs, settings: Settings, file_values: FloatArray | None
+) -> Identified:
+    """Choose the band, undo faults, choose the model, solve and judge.
+
+    Args:
+        opened: the logs, and the model of their robot.
+        settings: the options.
+        file_values: (p,) parameters in the robot file; None if it has none.
+    """
+    require_motion(opened.train, opened.evaluator.model.robot)
+    own_speeds = settings.method.name == "iv" and not settings.motions
+    run = filter_in_band(opened, settings.cutoff, own_speeds=own_speeds)
+    opened.progress("searching for faults of the logs and missing effects")
+    run = ask_search(opened, run, settings.cutoff, settings.least)
+    return identified_run(opened, run, settings, file_values)
+
+
+def identified_run(
+    opened: LogsInMemory | LongLogs,
+    run: Run,
+    settings: Settings,
+    file_values: FloatArray | None = None,
+) -> Identified:
+    """Choose the model, solve and judge, with logs in their band; see `identified`."""
+    by, progress = settings.method, opened.progress
+    chosen = choose_model(run, settings.models, by, settings.motions, progress)
     with blame_motion(chosen.fault):
         result = opened.solve(chosen, by)
     progress("judging")
-    return assess(chosen, result, file_values, accept, least)
+    estimate = assess(chosen, result, file_values, settings.accept, settings.least)
+    return Identified(chosen, result, estimate)
+
+
+def open_sources(
+    robot: Robot | str | Path | Evaluator,
+    source: Robot,
+    logs: tuple[Sequence[Source], Sequence[Source]],
+    models: Sequence[EquationModel],
+    reading: Reading | None,
+    progress: Say,
+    executor: Executor | None = None,
+) -> LogsInMemory | LongLogs:
+    """Read and repair the training and the validation logs, or a sample of long ones.
+
+    Args:
+        robot: the first argument of `identify`.
+        source: the robot.
+        logs: the training and the validation logs.
+        models: models to fit.
+        reading, progress, executor: as for `identify`.
+    """
+    if is_long([*logs[0], *logs[1]]):
+        return open_long_logs(source, *logs, models, reading, executor, progress)
+    return _open_in_memory(robot, source, logs, models, reading, progress)
 
 
 def _equation_models(
@@ -169,6 +273,11 @@ def _needs_memory(robot: Robot, method: Method, options: Fit) -> str:
 
 class LogsInMemory(OpenLogs):
     """Logs that are completely in memory."""
+
+    def of_robot(self, robot: Robot, models: Sequence[EquationModel]) -> LogsInMemory:
+        """Return the logs with the model of another robot with the same drive."""
+        kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
+        return replace(self, evaluator=load_model(robot_toml(robot), kernels))
 
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
         """Solve the equations of the chosen model, if possible with the solution of the choice."""
@@ -201,7 +310,6 @@ def _open_in_memory(
     has_validation = bool(held)
     if not has_validation:
         train, held = hold_out(train)
-    require_motion(train, source)
     progress("deriving and compiling the model")
     kernels = dict.fromkeys(k for model in models for k in model.all_kernels)
     evaluator = robot if isinstance(robot, Evaluator) else None

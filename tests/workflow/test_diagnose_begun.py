@@ -71,7 +71,10 @@ def test_what_begins_is_named_with_its_time(torque, name, joints, parameter, val
     values = {p.name: p.value for p in found.effects[0].parameters}
     assert values[f"start{joints[0]}"] == pytest.approx(START, abs=0.05)
     assert values[parameter] == pytest.approx(value, rel=0.1)
-    assert found.after.total < 0.5 * found.before.total
+    assert found.after == found.before
+    assert found.corrected is not None
+    j = joints[0] - 1
+    assert found.corrected.per_joint[j] < 0.5 * found.gaps.before.per_joint[j]
     assert symgen.robot_toml(found.extended) == symgen.robot_toml(log.robot)
 
 

@@ -1,0 +1,309 @@
+"""Adopt effects: write them into the robot, and ask the fit of `identify` whether they hold.
+
+    declare the effects -> identify the robot -> test each effect in that fit -> drop the weakest
+
+An effect stays if its coefficients are together as far from zero as `BEYOND` deviations of one
+coefficient, if the validation error of a joint rises by what matters without it, if no joint's
+error rises by a quarter of that with it, and if the simulation gets no worse. The last fit is
+therefore the one that `identify` makes of the written robot file.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symgen.codegen.model import Model
+from symgen.diagnosis.extend import corrected, extended, with_torques_scaled
+from symgen.diagnosis.together import Coefficients, Together, fit_together
+from symgen.errors import IdentificationError, RobotError
+from symgen.estimation.solve import residual_weights, shortest, weighted_triangle
+from symgen.estimation.summary import summaries
+from symgen.estimation.torque_error import fit, percent
+from symgen.estimation.values import FloatArray
+from symgen.hypotheses.confirm import Weighed, restricted
+from symgen.hypotheses.effects import Candidate, Score
+from symgen.hypotheses.problem import Problem
+from symgen.hypotheses.registry import Changed, Item, SearchResult
+from symgen.identification.solving import system_of
+from symgen.identification.workflow import Identified
+from symgen.policy import BEYOND, RISE, WORSE
+from symgen.robot.types import Robot
+
+#: Name of the effect that [drive] corrects.
+GAIN = "drive_gain_error"
+#: Identifies a robot, after some changes of the logs that no robot file can hold.
+Identify = Callable[[Robot, Sequence[Changed]], Identified]
+
+
+@dataclass(frozen=True, eq=False)
+class Adopted:
+    """The effects that hold in the fit of `identify`.
+
+    Attributes:
+        result: the search, restricted to them.
+        weighed: the grades of all hypotheses.
+        robot: the robot with those that a robot file can hold.
+        declared: these effects.
+        together: all of them as columns of the declared model.
+        last: the fit of the robot; with changes of the logs that no robot file can hold undone.
+            None with fixed parameters.
+    """
+
+    result: SearchResult
+    weighed: tuple[Weighed, ...]
+    robot: Robot
+    declared: tuple[Item, ...]
+    together: Together
+    last: Identified | None = None
+
+    @property
+    def undone(self) -> tuple[Changed, ...]:
+        """Changes that no robot file can hold; without delays, which `identify` undoes."""
+        changes = self.result.changes
+        return tuple(c for c in changes if not c.change.delay and c not in self.declared)
+
+
+def adopt(
+    result: SearchResult,
+    weighed: Sequence[Weighed],
+    first: Identified,
+    identify: Identify,
+    least: float,
+) -> Adopted:
+    """Drop effects until all others hold in the fit of `identify`.
+
+    Args:
+        result: the search, restricted to hypotheses that lower the error on the validation logs.
+        weighed: the grades of all hypotheses.
+        first: the fit of the declared robot.
+        identify: identifies a robot.
+        least: smallest torque that matters, as a part of a joint's torque.
+    """
+    while True:
+        adopted = declare(result, weighed)
+        try:
+            last = identify(adopted.robot, adopted.undone)
+            adopted = replace(adopted, last=last)
+            failing = _failing(adopted, first, least)
+        except (IdentificationError, RobotError) as error:
+            if not result.items:  # the declared model itself
+                raise
+            reason = f"the model with it cannot be identified: {error}"
+            failing = {_weakest(adopted): reason}
+        if not failing:
+            return adopted
+        weighed = [
+            replace(w, adopted=False, reason=failing[w.item.key]) if w.item.key in failing else w
+            for w in weighed
+        ]
+        result = restricted(result, [x for x in result.items if x.key not in failing])
+
+
+def declare(result: SearchResult, weighed: Sequence[Weighed]) -> Adopted:
+    """Write the accepted hypotheses into the robot, as far as its file can hold them."""
+    together = fit_together(result)
+    result = result.with_effects(together.effects)
+    robot, declared = result.problem.robot, list[Item]()
+    for item in result.changes:
+        more = corrected(robot, item.change)
+        if more is not None:
+            robot = more
+            declared.append(item)
+    for score, found in zip(together.effects, together.values, strict=True):
+        more = _with_effect(robot, result.problem, score.candidate, found)
+        if more is not None:
+            robot = more
+            declared.append(score)
+    return Adopted(result, tuple(weighed), robot, tuple(declared), together)
+
+
+def _with_effect(robot: Robot, problem: Problem, c: Candidate, found: Coefficients) -> Robot | None:
+    """Return the robot with an effect; None if its file cannot hold it."""
+    if c.name == GAIN:  # the channel has 1 + G times the torque
+        return with_torques_scaled(robot, c.joints[0], 1 / (1 + float(found.values[0])))
+    values: Mapping[str, float] = {}
+    if not problem.is_fixed:
+        names = (name for name, _ in coefficient_names(problem.robot, c))
+        values = dict(zip(names, map(float, found.values), strict=False))
+    return extended(robot, c.definition, c.joints, c.constants, values)
+
+
+def coefficient_names(robot: Robot, c: Candidate) -> Sequence[tuple[str, str]]:
+    """Return the name and the unit of each coefficient of an effect with a physical meaning."""
+    return c.coefficients or c.definition.coefficients(*place(robot, c))
+
+
+def place(robot: Robot, c: Candidate) -> tuple[int | str, int]:
+    """Return the joint number in the parameter names of an effect, and sigma of its first joint."""
+    numbers = [robot.movable[j].number for j in c.joints]
+    return (numbers[-1], robot.movable[c.joints[0]].sigma) if numbers else ("", 0)
+
+
+def _weakest(adopted: Adopted) -> object:
+    """Return the key of the accepted hypothesis that explains the least."""
+    fell = {w.item.key: w.fell for w in adopted.weighed}
+    return min((x.key for x in adopted.result.items), key=lambda key: fell.get(key, 0.0))
+
+
+def _failing(adopted: Adopted, first: Identified, least: float) -> dict[object, str]:
+    """Return the hypotheses to drop, by key, each with the reason; empty if all hold."""
+    assert adopted.last is not None
+    last, effects = adopted.last, adopted.result.effects
+    refits = _Refits.of(last)
+    declared = adopted.result.problem.evaluator.model
+    columns = {s.key: refits.columns(declared, s) for s in effects}
+    out: dict[object, str] = {}
+    kept = list(effects)
+    while kept:
+        tested = {}
+        without = [k for s in effects if s not in kept for k in columns[s.key]]
+        for score in kept:
+            found = adopted.together.values[effects.index(score)]
+            tested[score.key] = refits.test(score, columns[score.key], without, found, least)
+        failing = {key: result for key, result in tested.items() if result[1]}
+        if not failing:
+            break
+        key = min(failing, key=lambda key: failing[key][0])
+        out[key] = failing[key][1]
+        kept = [s for s in kept if s.key != key]
+    if not out and adopted.result.items:
+        reason = _worse(first, last)
+        if reason:
+            out[_weakest(adopted)] = reason
+    return out
+
+
+def _worse(first: Identified, last: Identified) -> str:
+    """Return why a fit is worse than the first one, or ""."""
+    before, after = (x.outcome.torque_held.in_motion.residual.relative for x in (first, last))
+    if after > before:
+        return (
+            "identified with it, the torque error on the validation data rises from "
+            f"{percent(before)} to {percent(after)}"
+        )
+    was, now = (
+        {h.seconds: h.position_error for h in x.estimate.uses.simulation.horizons}
+        for x in (first, last)
+        if x.estimate.uses is not None
+    )
+    for seconds in was.keys() & now.keys():
+        if math.isfinite(was[seconds]) and not now[seconds] <= WORSE * was[seconds]:
+            return (
+                f"with it, the position error of a simulation after {seconds:g} s rises from "
+                f"{percent(was[seconds])} to {percent(now[seconds])} of the distance moved"
+            )
+    return ""
+
+
+@dataclass(frozen=True, eq=False)
+class _Refits:
+    """Fits of the chosen model of an identification without some of its parameters.
+
+    Attributes:
+        last: the identification.
+        factor: (p + 1, p + 1) triangular factor of its weighted equations [W y].
+        X: (p,) the weighted least-squares solution.
+    """
+
+    last: Identified
+    factor: FloatArray
+    X: FloatArray
+
+    @classmethod
+    def of(cls, last: Identified) -> _Refits:
+        """Return the refits of an identification, with the weights of its solution."""
+        run = last.chosen.run
+        parts = summaries(system_of(run.evaluator, last.chosen.best.train))
+        weights = residual_weights(parts, last.outcome.settled.solution.X)
+        factor = weighted_triangle((s.factor for s in parts), weights)
+        return cls(last, factor, shortest(factor))
+
+    def columns(self, declared: Model, score: Score) -> list[int]:
+        """Return the positions in X of the coefficients of an effect; empty if it has none.
+
+        Args:
+            declared: the model without the effect.
+            score: the effect.
+        """
+        c, robot = score.candidate, declared.robot
+        names = [name for name, _ in coefficient_names(robot, c)]
+        if c.definition.offset:
+            names += [f"OF{robot.movable[j].number}" for j in c.joints]
+        new = {*names} - {*declared.base.names}
+        every = self.last.chosen.run.evaluator.model.base.names
+        return [k for k, name in enumerate(every) if name in new]
+
+    def errors(self, without: Sequence[int]) -> FloatArray:
+        """Return the torque errors on the validation logs, (n,), without some parameters."""
+        kept = np.setdiff1d(np.arange(len(self.X)), without)
+        X = np.zeros(len(self.X))
+        X[kept] = shortest(self.factor[:, [*kept, len(self.X)]])
+        run = self.last.chosen.run
+        return np.array(fit(run.evaluator, run.held, X).in_motion.residual.per_joint)
+
+    def test(
+        self,
+        score: Score,
+        at: Sequence[int],
+        without: Sequence[int],
+        found: Coefficients,
+        least: float,
+    ) -> tuple[float, str]:
+        """Return the part of a torque that an effect explains, and why it does not hold, or "".
+
+        Args:
+            score: the effect.
+            at: positions of its coefficients in X; empty if X has none.
+            without: positions of parameters that are left out already.
+            found: its values as columns of the declared model.
+            least: smallest torque that matters, as a part of a joint's torque.
+        """
+        covariance = self.last.outcome.settled.solution.covariance
+        values, C = found.values, found.covariance
+        if at:
+            values, C = self.X[list(at)], covariance[np.ix_(at, at)]
+        reason = _wrong_sign(score, found) or _unknown(values, C)
+        if not at:
+            return score.worth, reason
+        before, after = self.errors([*without, *at]), self.errors(without)
+        explained = float(np.sqrt(np.maximum(before**2 - after**2, 0.0)).max())
+        rise, fall = float((after - before).max()), float((before - after).max())
+        if not reason and explained < least:
+            reason = (
+                f"identified with it, it explains {percent(explained)} of the torque of a joint on "
+                f"the validation data; what matters: {100 * least:.2g} %"
+            )
+        if not reason and rise > RISE * fall:
+            reason = f"it raises the torque error of a joint by {percent(rise)}"
+        return explained, reason
+
+
+def _wrong_sign(score: Score, found: Coefficients) -> str:
+    """Return why the known coefficients of an effect are impossible, or ""."""
+    if score.definition.sign != "positive" or score.candidate.change:
+        return ""
+    count = len(score.definition.linear)
+    std = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+    if (found.values < -BEYOND * std)[:count].any():
+        return "its coefficient would have a sign that it cannot have"
+    return ""
+
+
+def _unknown(values: FloatArray, covariance: FloatArray) -> str:
+    """Return why the coefficients of an effect are not known, or "".
+
+    Wald's test: x' C^-1 x is as improbable for zero coefficients as BEYOND deviations of one.
+    """
+    from scipy.stats import chi2
+
+    if not np.isfinite(covariance).all():
+        return ""  # the declared model absorbs a coefficient
+    statistic = float(values @ np.linalg.pinv(covariance, hermitian=True) @ values)
+    chance = math.erfc(BEYOND / math.sqrt(2))
+    if chi2.sf(statistic, len(values)) <= chance:
+        return ""
+    return f"its coefficients are not known: within {BEYOND:g} deviations, they are zero"
