@@ -1,27 +1,30 @@
-"""The noise floor: the torque residual in the comparison band of a correct model.
+"""The noise floor: the torque error in the comparison band that the noise of the channels causes.
 
-It has two parts. Their squares are added up joint by joint:
+No residual enters, so that a model which explains little does not raise it. It can be above the
+error, and is then an upper bound. It has two parts. Their squares are added up joint by joint:
 
-* White torque noise. symgen reads its density above the comparison band and multiplies it by the
-  width of the band. A torque that was filtered before recording has no noise there; the floor is
-  then NaN.
-* Noise of positions and speeds, which enters through the modelled torque. symgen reads its density
-  above the passband, adds a random draw to the motion, and takes the change of the modelled torque.
-  This part contains the reversals of friction.
+* White torque noise. symgen reads its density in the recorded torque, far above the comparison
+  band, and multiplies it by the width of the band. A torque that was filtered before recording has
+  no noise there; the floor is then NaN.
+* Noise of positions and speeds. symgen reads its density above the passband, adds a random draw to
+  the motion, and takes the change of the modelled torque. Only inertia, weight and friction turn
+  noise of the motion into torque, so this part takes the parameters of the declared model. It
+  contains the reversals of friction.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from symgen.data.mask import Bools, rms
-from symgen.data.signals import differentiate, lowpass, white_noise
+from symgen.data.signals import differentiate, lowpass, noise_of_differences, white_noise
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.system import torque_at
-from symgen.estimation.torque_error import TorqueFit
+from symgen.estimation.torque_error import TorqueFit, percent
 from symgen.estimation.values import SEED, FloatArray
 from symgen.runtime.evaluator import Evaluator
 
@@ -31,34 +34,31 @@ _LOUD, _VISIBLE = 3.0, 2.0
 #: six robots, and at least 75 in torques after a second-order low-pass.
 _STEEP = 30.0
 _NOISE = 1e-4  # noise over torque, below that of any instrument
+#: Multiple of the comparison band above which the torque of a motion is below its noise, except for
+#: a short time after each reversal. Products of three signals reach up to 1.5 times the band.
+_ABOVE = 4.0
 
 
 def noise_floor(
-    log: FilteredLog,
-    error: FloatArray,
-    model: Callable[[FilteredLog], FloatArray],
-    counts: Bools | None = None,
+    log: FilteredLog, model: Callable[[FilteredLog], FloatArray], counts: Bools
 ) -> FloatArray:
     """Return the standard deviation (n,) of the residual in the band that noise alone causes.
 
-    It is NaN for a torque that was filtered before it was recorded.
+    It is NaN for a torque that was filtered before it was recorded, and without a comparison band.
 
     Args:
         log: the log in the band of the run.
-        error: (N, n) measured minus modelled torque, unfiltered.
-        model: returns the modelled torque (N, n) of a log.
-        counts: (K, n) kept rows to use; None for all.
+        model: returns the torque (N, n) of the declared model along a log.
+        counts: (K, n) kept rows to use.
     """
     band, edge = log.rows.cutoff, passband(log)
     if band is None:
-        return np.zeros(error.shape[1])
-    above = edge or band  # below it the modelled torque contains noise too
-    high = error - lowpass(error, log.step, above)
+        return np.full(counts.shape[1], np.nan)
+    above = max(edge or band, min(_ABOVE * band, 0.25 / log.step))
+    high = log.tau - lowpass(log.tau, log.step, above)
     variance = white_noise(high, log.step, above, log.clear) ** 2 * band * 2 * log.step
-    if edge is not None:
-        change = log.unmasked.compared(model(_shaken(log, edge)) - model(log))
-        rows = np.ones(change.shape, dtype=bool) if counts is None else counts
-        variance += np.sum(rows * change**2, axis=0) / np.maximum(rows.sum(axis=0), 1)
+    change = log.unmasked.compared(model(_shaken(log, edge)) - model(log))
+    variance += np.sum(counts * change**2, axis=0) / np.maximum(counts.sum(axis=0), 1)
     variance[_filtered(log, band)] = np.nan
     return np.asarray(np.sqrt(variance))
 
@@ -94,7 +94,7 @@ def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) 
 
     for log in logs:
         counts = log.free if log.resting is None else log.free & ~log.resting
-        noise = noise_floor(log, log.tau - model(log), model, counts=counts)
+        noise = noise_floor(log, model, counts)
         size = np.sum(counts * log.measured**2, axis=0)
         out += TorqueFit(counts.sum(axis=0) * noise**2, size, (), np.zeros((2, len(size))))
     return out
@@ -109,16 +109,28 @@ def quiet(gap: Sequence[float], noise: Sequence[float], least: float) -> bool:
     return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
 
 
+def noise_accounts(noise: float, error: float) -> str:
+    """Return a sentence on a noise floor; one above the error is an upper bound."""
+    if math.isnan(noise):
+        return "the noise floor is unknown"
+    return f"noise accounts for {'at most ' if noise > error else ''}{percent(noise)}"
+
+
 def passband(log: FilteredLog) -> float | None:
     """Return the cutoff of the low-pass of positions and speeds, Hz; None without a filter."""
     return log.band.cutoff_hz if log.band.filters(log.step) else None
 
 
-def _shaken(log: FilteredLog, edge: float) -> FilteredLog:
-    """Return the log with another draw of the noise of its motion, white up to `edge`."""
+def _shaken(log: FilteredLog, edge: float | None) -> FilteredLog:
+    """Return the log with another draw of the noise of its motion, white up to `edge`.
+
+    Without a passband, the noise is white, and symgen reads it from differences of the samples.
+    """
     draw, samples = np.random.default_rng(SEED), log.samples
 
     def noise(x: FloatArray, smooth: FloatArray) -> FloatArray:
+        if edge is None:
+            return draw.normal(size=x.shape) * noise_of_differences(x)
         drawn = draw.normal(size=x.shape) * white_noise(x - smooth, log.step, edge)
         return lowpass(drawn, log.step, edge)
 

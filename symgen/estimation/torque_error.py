@@ -131,7 +131,8 @@ def relative_error(
 ) -> Residual:
     """Return ||error|| / ||size||, total and by joint.
 
-    A joint without torque is compared with the torque of all joints of its kind.
+    A joint without torque, such as one without a motor, does not count in the total. Its error is
+    compared with the torque of all joints of its kind.
 
     Args:
         error, size: (m,) sums of squares.
@@ -140,7 +141,8 @@ def relative_error(
         by_joint: whether there is one sum for each joint.
     """
     kind_size = size_of_kind(size, sigma)
-    parts = error / kind_size
+    counted = (size > 0) | ~size.any()
+    parts = np.where(counted, error / kind_size, 0.0)
     slides = _slides(sigma, len(size))
     # np.max keeps NaN, which is an unknown noise floor.
     total = math.sqrt(float(np.max([parts[slides].sum(), parts[~slides].sum()])))

@@ -13,10 +13,9 @@ import numpy as np
 from symgen.data.signals import Samples
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.floor import quiet
+from symgen.estimation.floor import noise_accounts, noise_fit, quiet
 from symgen.estimation.instrumental import bias_of_least_squares
 from symgen.estimation.logs import samples_digest
-from symgen.estimation.motion_error import motion_error
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
@@ -134,8 +133,8 @@ def assess(
         std = np.full(len(X), math.nan)
         std[best.known] = solution.std[best.known]
     parameters = _parameter_estimates(evaluator, X, std)
-    judged = motion_error(evaluator, run.held, X, result.torque_held)
-    error, floor = judged.error, judged.noise
+    error = result.torque_held.in_motion.residual
+    floor = noise_fit(evaluator, run.held, X).residual
     unexplained = _unexplained(error, floor, least)
     limits = restrictions(chosen.proportional, robot)
     uses = Uses(
@@ -197,9 +196,7 @@ def _headline(held: TorqueFit, noise: Residual) -> str:
     text = f"{percent(error)} torque error on motion it has not seen"
     if held.rest.any():
         text += f" ({percent(held.residual.relative)} over all samples)"
-    if math.isnan(noise.relative):
-        return f"{text}; the noise floor is unknown."
-    return f"{text}; noise accounts for {percent(noise.relative)}."
+    return f"{text}; {noise_accounts(noise.relative, error)}."
 
 
 def _unexplained(error: Residual, noise: Residual, least: float) -> float | None:

@@ -65,7 +65,7 @@ def prediction_use(
     else:
         grade = "poor"
         reasons += _not_excited(run, settled.solution, accept)
-        reasons += _mostly_noise(noise)
+        reasons += _mostly_noise(min(noise.relative, error))
         text = f"the torque error is above {100 * accept:g} %"
         if not reasons:
             text += f"; {_SEARCH}"
@@ -195,13 +195,13 @@ def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
     return [Reason("not_excited", _numbers(robot, places), held.relative, limit, text)]
 
 
-def _mostly_noise(noise: Residual) -> list[Reason]:
+def _mostly_noise(noise: float) -> list[Reason]:
     """Return a reason if more than half of the power of the measured torque is noise."""
     half = math.sqrt(1 / 2)
-    if not noise.relative > half:  # NaN if the noise is unknown
+    if not noise > half:  # NaN if the noise is unknown
         return []
-    text = f"the torque is mostly noise ({percent(noise.relative)}): record larger torques"
-    return [Reason("noise", value=noise.relative, limit=half, text=text)]
+    text = f"the torque is mostly noise ({percent(noise)}): record larger torques"
+    return [Reason("noise", value=noise, limit=half, text=text)]
 
 
 def _large_errors(

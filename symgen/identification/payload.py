@@ -23,8 +23,8 @@ from symgen.errors import IdentificationError, ParameterError, RobotError
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import JUDGING, EquationModel
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.floor import noise_fit
 from symgen.estimation.logs import Source, listed_logs, require_logs, require_other_data
-from symgen.estimation.motion_error import motion_error
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
@@ -42,7 +42,7 @@ from symgen.robot.tables import Frame
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
-from symgen.schemas import BESIDE, Size, read_result, result_file, to_json
+from symgen.schemas import BESIDE, Size, SizeOrNan, read_result, result_file, to_json
 from symgen.views import Viewable
 
 SCHEMA = "symgen.payload/1"
@@ -65,13 +65,13 @@ class LoadErrors:
 
     Attributes:
         before, after: error of the model without the load, and with it.
-        noise_floor: error that noise alone causes.
+        noise_floor: error that noise alone causes; NaN if unknown.
         joints_before, joints_after: `before` and `after` of each joint.
     """
 
     before: Size
     after: Size
-    noise_floor: Size
+    noise_floor: SizeOrNan
     joints_before: tuple[Size, ...]
     joints_after: tuple[Size, ...]
 
@@ -302,13 +302,14 @@ def _load_errors(
         with_load: (p,) parameters with the load.
     """
     first, second = (fit(evaluator, logs, x, "train") for x in (X, with_load))
-    before, after = first.in_motion.residual, motion_error(evaluator, logs, with_load, second)
+    before, after = first.in_motion.residual, second.in_motion.residual
+    noise = noise_fit(evaluator, logs, with_load).residual
     errors = LoadErrors(
         before.relative,
-        after.error.relative,
-        after.noise.relative,
+        after.relative,
+        noise.relative,
         before.per_joint or (),
-        after.error.per_joint or (),
+        after.per_joint or (),
     )
     traces = []
     for quantity, torques in ((WITHOUT, first), (WITH, second)):

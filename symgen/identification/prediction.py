@@ -17,7 +17,7 @@ from symgen.data.signals import lowpass
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import JUDGING
-from symgen.estimation.motion_error import motion_error
+from symgen.estimation.floor import noise_fit
 from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Residual, Trace
@@ -46,7 +46,7 @@ class Prediction(Viewable):
         error: ||measured - predicted|| over ||measured|| in the comparison band, per joint and over
             all joints stacked; see `symgen.estimation.torque_error`.
         moving: the same for joints in motion.
-        noise: torque error that noise alone causes, for joints in motion.
+        noise: torque error that noise alone causes, for joints in motion; NaN if unknown.
         kinetic: kinetic energy (N,), J; NaN if the base moves.
         potential: potential energy (N,), J, up to a constant; NaN if the base moves.
         band: the filters of the run; those of the estimate, if its file has them.
@@ -124,7 +124,7 @@ def predict(
     )
     (filtered,) = opened.logs
     compared = fit(evaluator, [filtered], known.X)
-    judged = motion_error(evaluator, [filtered], known.X, compared)
+    noise = noise_fit(evaluator, [filtered], known.X).residual
     torque = torque_at(evaluator, known.X, *filtered.motion)
     measured = filtered.tau
     if filtered.rows.cutoff is not None:
@@ -139,8 +139,8 @@ def predict(
         joints=joints_of(source),
         log=filtered.name,
         error=compared.residual,
-        moving=judged.error,
-        noise=judged.noise,
+        moving=compared.in_motion.residual,
+        noise=noise,
         band=opened.band,
         repairs=opened.repairs,
         notes=(*opened.notes, *compared.motion_note),

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from symgen.estimation.floor import noise_accounts
 from symgen.identification.payload import WITH, WITHOUT, Payload
 from symgen.report.content.parts import (
     Banner,
@@ -56,9 +57,10 @@ def payload_content(payload: Payload) -> Content:
     headline = "The mass is not determined" if mass.value is None else f"Mass: {value} kg"
     if mass.value is not None and mass.std:
         headline += f", standard deviation {std} kg"
+    noise = noise_accounts(residual.noise_floor, residual.after)
     text = (
         f"Torque error: {percent(residual.before)} without the load in the model, "
-        f"{percent(residual.after)} with it; noise accounts for {percent(residual.noise_floor)}."
+        f"{percent(residual.after)} with it; {noise}."
     )
     banner, run = Banner("plain", headline, text), run_lines(payload.band, payload.repairs)
     return Content(f"Payload of {payload.robot}", lead, sections, banner, run)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from symgen.estimation.floor import noise_accounts
 from symgen.estimation.torque_error import largest
 from symgen.identification.prediction import Prediction
 from symgen.report.content.parts import (
@@ -41,8 +42,8 @@ def prediction_content(prediction: Prediction) -> Content:
         (label, *size, percent(ratio), percent(floor))
         for label, size, ratio, floor in zip(labels, sizes, ratios, floors, strict=True)
     ]
-    noise = percent(prediction.noise.relative)
-    rows.append(("all joints", "", "", percent(moving.relative), noise))
+    total, noise = moving.relative, prediction.noise.relative
+    rows.append(("all joints", "", "", percent(total), percent(noise)))
     table = Table(("joint", "RMS torque", "RMS error", "error", "noise floor"), rows)
     filters = (
         f"Both torques passed the same zero-phase low-pass at {number(band.comparison_hz, 3)} Hz, "
@@ -61,10 +62,10 @@ def prediction_content(prediction: Prediction) -> Content:
         repairs_section(prediction.repairs),
         *notes_section(prediction.notes),
     )
-    text = f"Noise accounts for {noise}."
+    text = f"{noise_accounts(noise, total).capitalize()}."
     if ratios:
         text = f"It is largest on {largest(ratios, trace.measured, labels, units)}. {text}"
-    banner = Banner("plain", f"Torque error: {percent(moving.relative)}", text)
+    banner = Banner("plain", f"Torque error: {percent(total)}", text)
     run = run_lines(band, prediction.repairs)
     return Content(f"Prediction of {prediction.robot}", lead, sections, banner, run)
 
