@@ -20,6 +20,10 @@ ROUNDING = 1e-6
 #: Torque error on other motion up to which a model is good, and usable (`--accept`). At 5 %, a
 #: feed-forward leaves the feedback a twentieth of the work; above 10 %, check the model.
 GOOD, ACCEPT = 0.05, 0.10
+#: Torque error of one joint above which the model does not describe that joint, however small the
+#: total is. Joints of real robots have up to 0.37 (a KR300's wrist), joints of simulated arms with
+#: exchanged or coupled wrist joints 0.4 to 2.6.
+JOINT = 0.40
 #: A part of the motion with this many times the total error is reported.
 VARIES = 2.5
 #: Relative standard deviation up to which a parameter counts as known.

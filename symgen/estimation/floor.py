@@ -44,17 +44,18 @@ def noise_floor(
 ) -> FloatArray:
     """Return the standard deviation (n,) of the residual in the band that noise alone causes.
 
-    It is NaN for a torque that was filtered before it was recorded, and without a comparison band.
+    It is NaN for a torque that was filtered before it was recorded, and for a log whose highest
+    octave is in the comparison band: the motion has power there.
 
     Args:
         log: the log in the band of the run.
         model: returns the torque (N, n) of the declared model along a log.
         counts: (K, n) kept rows to use.
     """
-    band, edge = log.rows.cutoff, passband(log)
-    if band is None:
+    band, edge, octave = log.rows.cutoff, passband(log), 0.25 / log.step
+    if band is None or band > octave:
         return np.full(counts.shape[1], np.nan)
-    above = max(edge or band, min(_ABOVE * band, 0.25 / log.step))
+    above = max(edge or 0.0, min(_ABOVE * band, octave))
     high = log.tau - lowpass(log.tau, log.step, above)
     variance = white_noise(high, log.step, above, log.clear) ** 2 * band * 2 * log.step
     change = log.unmasked.compared(model(_shaken(log, edge)) - model(log))
@@ -101,12 +102,13 @@ def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) 
 
 
 def quiet(gap: Sequence[float], noise: Sequence[float], least: float) -> bool:
-    """Return whether no joint has a visible gap: above three noise floors and above twice `least`.
+    """Return whether no joint has a visible gap, above three noise floors and twice `least`."""
+    return not above_noise(gap, noise, _VISIBLE * least).any()
 
-    An unknown noise floor (NaN) counts as 0.
-    """
-    pairs = zip(gap, np.nan_to_num(noise), strict=True)
-    return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
+
+def above_noise(gap: Sequence[float] | FloatArray, noise: Sequence[float], least: float) -> Bools:
+    """Return which gaps are above `least` and above three noise floors; an unknown one is 0."""
+    return np.asarray(gap) > np.maximum(_LOUD * np.nan_to_num(noise), least)
 
 
 def noise_accounts(noise: float, error: float) -> str:

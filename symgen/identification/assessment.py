@@ -20,7 +20,7 @@ from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import TorqueFit, equation_residual, percent
-from symgen.estimation.values import FloatArray, OtherEstimate, Residual, Trace
+from symgen.estimation.values import FloatArray, OtherEstimate, Reason, Residual, Trace
 from symgen.faults.fault import Fault
 from symgen.identification.estimate import (
     BETWEEN_USES,
@@ -142,6 +142,7 @@ def assess(
         parameters_use(parameters, settled, unexplained, bias, scaled=scale_unknown(run)),
         simulation_use(evaluator, (run.train, run.held), X, parameters, limits, file_values),
     )
+    headline = _headline(result.torque_held, floor, uses.prediction.large)
     model_traces = [t for part in (*train, *held) for t in _model_traces(part, model, X)]
     data = [(part.kind, part.log.samples) for part in (*train, *held)]
     prior = None
@@ -172,7 +173,7 @@ def assess(
             *run.suspected,
             *suspicions(run, solution, (result.torque_train, result.torque_held), accept),
         ),
-        headline=BETWEEN_USES.join((_headline(result.torque_held, floor), *uses.sentences)),
+        headline=BETWEEN_USES.join((headline, *uses.sentences)),
         uses=uses,
         band=run.band,
         alternatives=tuple(_alternatives(chosen.alternatives, method, solution, result)),
@@ -190,12 +191,13 @@ def assess(
     )
 
 
-def _headline(held: TorqueFit, noise: Residual) -> str:
-    """Return the torque error on held-out motion in one sentence."""
+def _headline(held: TorqueFit, noise: Residual, large: Sequence[Reason]) -> str:
+    """Return the torque error on held-out motion in one sentence, with the largest of a joint."""
     error = held.in_motion.residual.relative
     text = f"{percent(error)} torque error on motion it has not seen"
     if held.rest.any():
         text += f" ({percent(held.residual.relative)} over all samples)"
+    text += "".join(f", up to {reason.text}" for reason in large[:1])
     return f"{text}; {noise_accounts(noise.relative, error)}."
 
 

@@ -16,9 +16,10 @@ from dataclasses import replace
 import numpy as np
 
 from symgen import names
-from symgen.data.mask import moving_joints
+from symgen.data.mask import moving_joints, rms
 from symgen.errors import first_of
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.floor import above_noise
 from symgen.estimation.solve import Solution
 from symgen.estimation.torque_error import TorqueFit, fit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
@@ -27,7 +28,7 @@ from symgen.identification.model_choice import Run
 from symgen.identification.settle import Settled, like_no_robot
 from symgen.identification.simulation import mixed_states, motion_states, some_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
-from symgen.policy import GOOD, LEAST, MISFIT, VARIES
+from symgen.policy import GOOD, JOINT, LEAST, MISFIT, VARIES
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -56,12 +57,16 @@ def prediction_use(
     """
     error, fold = held.in_motion.residual.relative, run.largest_fold_error
     reasons = list(run.shown)
-    grade = "good" if error <= GOOD else "usable"
+    large = _large_errors(run, held, noise, accept)
+    grade = "usable" if large or error > GOOD else "good"
     if error <= accept:
         if settled.physical.reason is not None and settled.physical.held_out is not None:
             model, fitted = run.evaluator.model, settled.solution
             errors = settled.physical.held_out
             reasons += like_no_robot(model, fitted.X, fitted.covariance, errors, accept)
+        if large and large[0].value > JOINT and not reasons:
+            text = f"the torque error of a joint is above {100 * JOINT:g} %; {_SEARCH}"
+            reasons.append(replace(large[0], kind="joint_error", limit=JOINT, text=text))
     else:
         grade = "poor"
         reasons += _not_excited(run, settled.solution, accept)
@@ -76,7 +81,6 @@ def prediction_use(
             f"the fit did not use; {_SEARCH}"
         )
         reasons.append(Reason("varies", value=fold, limit=VARIES * error, text=text))
-    large = _large_errors(run.held, held, run.evaluator.model.robot, accept)
     return PredictionUse(tuple(reasons), grade=grade, large=tuple(large))
 
 
@@ -204,22 +208,22 @@ def _mostly_noise(noise: float) -> list[Reason]:
     return [Reason("noise", value=noise, limit=half, text=text)]
 
 
-def _large_errors(
-    logs: Sequence[FilteredLog], fit_to_logs: TorqueFit, robot: Robot, accept: float
-) -> list[Reason]:
-    """Return the joints whose torque error in motion is above `accept`, with it in N m or N."""
-    each = fit_to_logs.in_motion.residual.per_joint or ()
-    squares, counts = np.zeros(robot.n), np.zeros(robot.n)
-    for log in logs:
-        squares += np.sum(log.free * log.measured**2, axis=0)
-        counts += log.free.sum(axis=0)
-    rms = np.sqrt(squares / np.maximum(counts, 1))
+def _large_errors(run: Run, held: TorqueFit, noise: Residual, accept: float) -> list[Reason]:
+    """Return the driven joints in motion with a large torque error, the largest first.
+
+    It is above `accept` and above three times its noise floor.
+    """
+    robot, each = run.evaluator.model.robot, np.array(held.in_motion.residual.per_joint)
+    above = above_noise(each, noise.per_joint or (), accept)
+    above[robot.passive] = False
+    moving = moving_joints([log.qd for log in run.held], robot.sigma)
+    size = each * rms(np.concatenate([log.measured for log in run.held]))
     reasons = []
-    for j, error in enumerate(each):
-        if error > accept:
+    for j in sorted(moving, key=lambda j: -each[j]):
+        if above[j]:
             unit = names.unit("OF", robot.sigma[j])
-            text = f"{robot.listed([j])} {percent(error)}, {error * rms[j]:.3g} {unit}"
-            reasons.append(Reason("large_error", _numbers(robot, [j]), error, accept, text))
+            text = f"{percent(each[j])} on {robot.listed([j])}, {size[j]:.3g} {unit}"
+            reasons.append(Reason("large_error", _numbers(robot, [j]), each[j], accept, text))
     return reasons
 
 

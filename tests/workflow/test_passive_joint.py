@@ -111,6 +111,12 @@ def test_no_torque_counts_on_a_joint_without_motor(command, tmp_path, shoulder) 
     require_true(estimate)
 
 
+def test_the_headline_is_that_of_the_joint_with_a_motor(command, tmp_path) -> None:
+    _, estimate = identified(command, tmp_path, PASSIVE, 0.0)
+    error = estimate["torque_residual_in_motion"]
+    assert error["relative"] == error["per_joint"][1]
+
+
 @pytest.mark.parametrize("shoulder", [0.0, 0.01])
 def test_a_torque_of_noise_alone_is_named_with_the_option(command, tmp_path, shoulder) -> None:
     code, estimate = identified(command, tmp_path, ROBOT.format(""), shoulder)

@@ -225,6 +225,27 @@ def test_joints_with_a_large_error_are_listed_with_their_torque() -> None:
     assert "N m" in large.text
 
 
+def test_the_largest_error_of_a_joint_is_in_the_headline_and_lowers_the_grade() -> None:
+    found = lacking(0.2)
+    assert found.moving.relative < 0.05
+    assert (found.verdict, found.uses.prediction.grade) == ("trusted", "usable")
+    (large,) = found.uses.prediction.large
+    assert f", up to {large.text};" in found.sentences[0]
+
+
+def test_a_joint_that_the_model_does_not_describe_is_doubtful_where_the_total_is_small() -> None:
+    found = lacking(0.8, accept=0.2)
+    (reason,) = found.reasons
+    assert (found.verdict, reason.kind, reason.joints) == ("doubtful", "joint_error", (2,))
+    assert found.moving.relative < 0.2 < reason.limit < reason.value
+
+
+def test_a_large_error_that_is_noise_counts_for_no_joint() -> None:
+    found = lacking(0.0, noise=0.9)
+    assert found.moving.per_joint[1] > 0.1
+    assert (found.uses.prediction.grade, found.uses.prediction.large) == ("good", ())
+
+
 def test_training_logs_that_move_one_joint_at_a_time_are_the_reason() -> None:
     folder = shared_file("cases/jointwise/robot.toml").parent
     logs = [folder / f"train_{k}.csv" for k in (1, 2, 3)]
