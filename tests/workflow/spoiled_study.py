@@ -63,7 +63,7 @@ RIGHT = {
     "time_reversed": "time|backwards", "speeds_scaled": "qd|speed", "speeds_delayed": "qd|speed",
 }  # fmt: skip
 #: Kinds of reasons that name no cause.
-OPEN = ("error", "varies", "noise", "not_excited")
+OPEN = ("error", "joint_error", "varies", "noise", "not_excited")
 
 
 @cache
