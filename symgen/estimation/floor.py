@@ -44,18 +44,19 @@ def noise_floor(
 ) -> FloatArray:
     """Return the standard deviation (n,) of the residual in the band that noise alone causes.
 
-    It is NaN for a torque that was filtered before it was recorded, and for a log whose highest
-    octave is in the comparison band: the motion has power there.
+    It is NaN for a torque that was filtered before it was recorded, and for a log that is sampled
+    too slowly for a low-pass at the comparison band. Where a log has no octave above that band, the
+    motion adds to the reading, which is then an upper bound.
 
     Args:
         log: the log in the band of the run.
         model: returns the torque (N, n) of the declared model along a log.
         counts: (K, n) kept rows to use.
     """
-    band, edge, octave = log.rows.cutoff, passband(log), 0.25 / log.step
-    if band is None or band > octave:
+    band, edge = log.rows.cutoff, passband(log)
+    if band is None:
         return np.full(counts.shape[1], np.nan)
-    above = max(edge or 0.0, min(_ABOVE * band, octave))
+    above = max(edge or band, min(_ABOVE * band, 0.25 / log.step))
     high = log.tau - lowpass(log.tau, log.step, above)
     variance = white_noise(high, log.step, above, log.clear) ** 2 * band * 2 * log.step
     change = log.unmasked.compared(model(_shaken(log, edge)) - model(log))

@@ -44,7 +44,7 @@ class PredictionUse(Use):
 
     Attributes:
         grade: grade of the torque error on held-out motion: "good", "usable" or "poor".
-        large: joints with a large torque error on held-out motion.
+        large: driven joints with a large torque error on held-out motion, the largest first.
     """
 
     name: ClassVar[str] = "prediction"

@@ -230,17 +230,6 @@ def test_a_noise_floor_above_the_error_is_an_upper_bound() -> None:
     assert floors == pytest.approx(found.noise_floor.per_joint, rel=0.05)
 
 
-def test_no_noise_floor_is_stated_where_the_highest_octave_is_in_the_band() -> None:
-    log = stored("sound")
-    slow = [
-        made(k, {key: x[::12] for key, x in channels.items()})
-        for k, channels in (("a", log.train), ("b", log.test))
-    ]
-    found = symgen.identify(log.robot, slow[0], validation=slow[1])
-    assert np.isnan(found.noise_floor.relative)
-    assert "the noise floor is unknown" in found.sentences[0]
-
-
 @pytest.mark.parametrize("cutoff", [None, 5.0, 20.0])
 def test_no_noise_floor_is_stated_for_torques_that_were_filtered(cutoff: float | None) -> None:
     log = stored("sound")

@@ -246,6 +246,18 @@ def test_a_large_error_that_is_noise_counts_for_no_joint() -> None:
     assert (found.uses.prediction.grade, found.uses.prediction.large) == ("good", ())
 
 
+def test_no_noise_floor_is_stated_for_a_log_without_samples_above_the_band() -> None:
+    """The torque is compared below 3 Hz, and the log has 5 samples in a second."""
+    robot, logs = commands(0.1, 1e-3, 0.0)
+    slow = [
+        symgen.make_log(log.name, *(x[::40] for x in (log.t, log.q, log.tau, log.qd)))
+        for log in logs
+    ]
+    found = symgen.identify(robot, slow[0], validation=slow[1])
+    assert np.isnan(found.noise_floor.relative)
+    assert "the noise floor is unknown" in found.sentences[0]
+
+
 def test_training_logs_that_move_one_joint_at_a_time_are_the_reason() -> None:
     folder = shared_file("cases/jointwise/robot.toml").parent
     logs = [folder / f"train_{k}.csv" for k in (1, 2, 3)]
