@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+
+import numpy as np
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.estimation.torque_error import percent
-from symgen.hypotheses.priors import RECORDER, priors
+from symgen.estimation.values import FloatArray
+from symgen.hypotheses.priors import PHYSICS, priors
 from symgen.names import joints_in_words
 from symgen.policy import BEYOND
 from symgen.robot.effect import definitions
@@ -33,30 +36,77 @@ def placed(effect: FoundEffect, robot: Robot) -> str:
 
 
 def summary(diagnosis: Diagnosis) -> str:
-    """Return the verdict in one or two sentences."""
+    """Return the verdict in a few sentences."""
     moving = diagnosis.gaps
-    before, after, noise = (
-        percent(gap.total) for gap in (moving.before, moving.after, moving.noise_floor)
-    )
+    before, after = percent(moving.before.total), percent(moving.after.total)
     floor, remaining = moving.noise_floor.total, moving.after.total
+    bound = "at most " if floor > moving.before.total else ""
+    noise = f"(noise floor: {bound}{percent(floor)})"
     ratio = f", {remaining / floor:.2g} times the noise" if remaining > BEYOND * floor > 0 else ""
     fell = remaining < moving.before.total
     change = f"falls from {before} to {after}" if fell else f"is {after}"
-    gap = f"The torque error {change}{ratio} (noise floor: {noise})."
-    adopted = [e for e in diagnosis.effects if e.adopted]
-    effects = _counted(len(adopted))
-    recorded = sum(e.name in priors() and priors()[e.name].side == RECORDER for e in adopted)
-    named = f": {_counted(recorded)} of the measuring chain" if recorded else ""
+    gap = f"The torque error {change}{ratio} {noise}."
+    if diagnosis.corrected is not None:
+        undeclared = dict.fromkeys(
+            e.name for e in diagnosis.effects if e.adopted and not e.declared
+        )
+        gap += f" With {', '.join(undeclared)}, it is {percent(diagnosis.corrected.total)}."
     return {
         "consistent": "The model explains these logs, and no effect is adopted. The "
-        f"torque error is {before} (noise floor: {noise}).",
-        "explained": f"The model lacks {effects}. {gap}",
-        "partly-explained": f"The model lacks {effects}, and a part of the torque is unexplained. "
-        f"{gap}",
-        "bad-measurement": f"The measurement is wrong{named}. {gap}",
-        "unexplained": f"The torque error is {before} (noise floor: {noise}), and no effect that "
-        "explains it is adopted.",
+        f"torque error is {before} {noise}.",
+        "explained": f"{_lacks(diagnosis)} {gap}",
+        "partly-explained": f"{_lacks(diagnosis)} A part of the torque is unexplained. {gap}",
+        "bad-measurement": f"The measurement is wrong. {gap}",
+        "unexplained": f"The torque error is {before} {noise}, and no effect that explains it is "
+        "adopted.",
     }[diagnosis.verdict]
+
+
+def _lacks(diagnosis: Diagnosis) -> str:
+    """Return how many effects the model lacks, and how many keys of the file are wrong."""
+    adopted = [e for e in diagnosis.effects if e.adopted]
+    wrong = [e for e in adopted if e.declared and _side(e) != PHYSICS]
+    lacks, corrects = len(adopted) - len(wrong), len(wrong)
+    parts = [f"lacks {_counted(lacks)}"] if lacks else []
+    if corrects:
+        parts.append("needs one correction" if corrects == 1 else f"needs {corrects} corrections")
+    return f"The model {' and '.join(parts)}."
+
+
+def _side(effect: FoundEffect) -> str:
+    """Return the source of an error: physics, recorder or file."""
+    return priors()[effect.name].side if effect.name in priors() else PHYSICS
+
+
+def corrections(declared: Robot, extended: Robot) -> tuple[str, ...]:
+    """Return the values of the robot file that the extended robot corrects, one a line."""
+    out = []
+    for joint, other in zip(declared.joints, extended.joints, strict=True):
+        for key in ("theta", "d", "r", "b"):
+            was, now = getattr(joint, key), getattr(other, key)
+            if was != now:
+                out.append(f"{key} of {declared.label(joint.number)}: {was} -> {now}")
+    for key in ("torque_constant", "gain"):
+        out += _changed_drive(declared, key, getattr(declared.drive, key, None), extended)
+    ratios = np.diag(declared.drive.ratio) if declared.drive else None
+    out += _changed_drive(declared, "ratio", ratios, extended)
+    if declared.gravity != extended.gravity:
+        out.append(f"gravity: {list(declared.gravity)} -> {list(extended.gravity)}")
+    return tuple(out)
+
+
+def _changed_drive(
+    declared: Robot, key: str, before: Sequence[float] | FloatArray | None, extended: Robot
+) -> Iterator[str]:
+    """Yield the changed values of a key of [drive], joint by joint."""
+    after = getattr(extended.drive, key, None)
+    if after is None:
+        return
+    after = np.diag(after) if key == "ratio" else after
+    was = np.ones(declared.n) if before is None else before
+    for joint, old, new in zip(declared.movable, was, after, strict=True):
+        if old != new:
+            yield f"[drive] {key} of {declared.label(joint.number)}: {old:g} -> {new:g}"
 
 
 def _counted(count: int) -> str:

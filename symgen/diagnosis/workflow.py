@@ -31,16 +31,15 @@ from symgen.diagnosis.diagnosis import (
 )
 from symgen.diagnosis.gap import Fitted, gap_of, places, validation_curves
 from symgen.diagnosis.listing import joint_numbers, list_effects, robot_parameters
-from symgen.diagnosis.messages import advice_of
+from symgen.diagnosis.messages import advice_of, corrections
 from symgen.diagnosis.second_encoder import with_stiffness
 from symgen.diagnosis.together import compared
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.floor import quiet
+from symgen.estimation.floor import noise_fit, quiet
 from symgen.estimation.logs import Source, listed_logs, open_log, require_logs
-from symgen.estimation.motion_error import motion_error
 from symgen.estimation.torque_error import (
     TorqueFit,
     modelled_torque,
@@ -347,7 +346,7 @@ def _measured(case: _Case, first: Identified | None, adopted: Adopted) -> _Gaps:
             compared(*pair, problem.robot)
             for pair in ((declared.held, before), (problem.held, after))
         )
-        noise = motion_error(problem.evaluator, problem.held, problem.X, now).noise
+        noise = noise_fit(declared.evaluator, declared.held, declared.X).residual
         curves = validation_curves((declared.held, problem.held), before, after)
         return _Gaps(Fitted.of(was), Fitted.of(now), None, gap_of(noise), curves, None)
     assert adopted.last is not None
@@ -365,7 +364,7 @@ def _measured(case: _Case, first: Identified | None, adopted: Adopted) -> _Gaps:
         held = problem.without(contacts).held
         logs, after = (logs[0], held), together.torques(held)
         corrected = Fitted.of(compared(held, after, problem.robot))
-    floor = promised.estimate.noise_floor
+    floor = first.estimate.noise_floor
     assert floor is not None
     return _Gaps(
         Fitted.of(first.outcome.torque_held),
@@ -467,6 +466,7 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
         rejected=tuple(rejected),
         advice=(
             *(reason.text for reason in reasons),
+            *(f"{line} (written into robot.toml)" for line in corrections(robot, adopted.robot)),
             *advice_of(effects, robot, verdict, gaps.explained),
         ),
         notes=_notes(case, first, adopted, gaps, named),

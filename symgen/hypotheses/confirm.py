@@ -24,7 +24,7 @@ from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import following, held_squares
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import settled_constants
-from symgen.hypotheses.registry import Item, SearchResult, leave_out
+from symgen.hypotheses.registry import Changed, Item, SearchResult, leave_out
 from symgen.hypotheses.score import TINY, repeats_motion
 from symgen.policy import LEAST, ROUNDING, SHOWN
 
@@ -151,9 +151,12 @@ def _weigh(result: SearchResult, items: Sequence[Item], least: float) -> list[We
         rise = now - was
         more = (1 - ROUNDING) * was**2 - now**2
         fall = np.sqrt(np.maximum(more, 0.0))  # explained part of the torque
-        fell, joints = float(fall.max()), list(item.joints) or range(len(fall))
+        # A wrong channel of one joint spoils the fit of others.
+        places = () if isinstance(item, Changed) else item.joints
+        fell, joints = float(fall.max()), list(places) or range(len(fall))
         j = max(joints, key=lambda j: fall[j])  # the joint whose cause it may be
-        above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - floor[j], 0.0))
+        noise = floor[j] if floor[j] < was[j] ** 2 else 0.0
+        above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - noise, 0.0))
         remaining = float(above[0] / max(above[1], TINY))
         reason = ""
         if _needs_none(item):
@@ -179,10 +182,10 @@ def _on_training(item: Item) -> Weighed:
 
 
 def _floor(result: SearchResult) -> FloatArray:
-    """Return the squared ratio of noise floor to torque on the validation logs, (n,)."""
-    problem = result.problem
-    X = problem.stage(result.effects).X
-    X = np.pad(X, (0, len(problem.evaluator.model.base.parameters) - len(X)))
-    noise = noise_fit(problem.evaluator, problem.held, X).residual
-    # An unknown floor counts as zero.
+    """Return the squared ratio of noise floor to torque on the validation logs, (n,).
+
+    The motion's part takes the declared model. An unknown floor counts as zero.
+    """
+    problem = result.declared
+    noise = noise_fit(problem.evaluator, problem.held, problem.X).residual
     return np.nan_to_num(np.square(noise.per_joint or np.zeros(problem.base.n)))

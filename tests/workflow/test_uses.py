@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oracles import planar2r
+from oracles import clean_runs, planar2r
 from oracles.arm import Arm
+from oracles.faults import Log
+from simulated_runs import identified as identified_run
 from stored_logs import made, stored
 from support import shared_file
 
@@ -256,6 +258,30 @@ def test_no_noise_floor_is_stated_for_a_log_without_samples_above_the_band() -> 
     found = symgen.identify(robot, slow[0], validation=slow[1])
     assert np.isnan(found.noise_floor.relative)
     assert "the noise floor is unknown" in found.sentences[0]
+
+
+def _coupled(log: Log) -> Log:
+    """What the motors of a wrist record of which the last one turns by half of the one before."""
+    q, qd, tau = (np.array(x) for x in (log.q, log.qd, log.tau))
+    q[:, -1] += 0.5 * q[:, -2]
+    qd[:, -1] += 0.5 * qd[:, -2]
+    tau[:, -2] -= 0.5 * tau[:, -1]
+    return replace(log, q=q, qd=qd, tau=tau)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("coupled", [False, True])
+def test_a_coupled_wrist_is_doubtful_whose_torques_are_a_small_part_of_those_of_the_arm(
+    coupled: bool,
+) -> None:
+    run = clean_runs.run(
+        1, arms=["wrist6r"], effects=False, speeds=True, torque_noise=(0.005, 0.03), misfit=0.02
+    )
+    if coupled:
+        run = replace(run, train=_coupled(run.train), validation=_coupled(run.validation))
+    found = identified_run(run)
+    assert found["torque_residual_in_motion"]["relative"] < 0.05
+    assert [r["kind"] for r in found["reasons"]] == ["joint_error"] * coupled
 
 
 def test_training_logs_that_move_one_joint_at_a_time_are_the_reason() -> None:
