@@ -70,3 +70,7 @@ POSES = 1.0
 #: Torque error of a joint above which the motion itself is in doubt. Wrong signs, exchanged joints,
 #: wrong gears and another gravity cause larger errors.
 LOUD = 0.3
+#: Ratio of a joint's error to that of the quietest quarter of the joints above which it counts as
+#: large as well: faults of a wrist stay below `LOUD`. On two real arms it is at most 2 before the
+#: search, if the file declares their coupling, and up to 3.4 after several effects.
+APART = 3.0

@@ -78,16 +78,17 @@ PAIRS = Form(dict[str, str], dict, lambda found: tuple(found.items()))
 MATRIX = Form(tuple[tuple[OrNan, ...], ...], np.ndarray.tolist, lambda rows: np.array(rows, float))
 
 
-def at(key: str) -> Any:
+def at(key: str, *, missing: bool = False) -> Any:
     """Return the mark of a field with another key.
 
     Args:
         key: "residual.train" is the key train of the object residual, which is null if all of its
             fields are None.
+        missing: whether the key may be missing in an object that is there; see OPTIONAL.
     """
     group, *inner = key.split(".")
     choices = [AliasPath(group, *inner)]
-    if inner:
+    if inner and not missing:
         choices.append(AliasPath(group))  # the object may be null
     return Field(validation_alias=AliasChoices(*choices))
 

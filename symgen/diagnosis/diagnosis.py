@@ -199,7 +199,9 @@ class Diagnosis(Viewable):
     after: Annotated[Gap, at("gap.after")]
     floor: Annotated[Gap, at("gap.noise_floor")]
     moving: Annotated[Gaps | None, at("gap.in_motion"), OPTIONAL] = None
-    corrected: Annotated[Gap | None, at("gap.after_with_log_effects"), OPTIONAL] = None
+    corrected: Annotated[Gap | None, at("gap.after_with_log_effects", missing=True), OPTIONAL] = (
+        None
+    )
     trusted: Annotated[bool | None, OPTIONAL] = None
     where: tuple[Place, ...]
     effects: tuple[FoundEffect, ...]

@@ -490,7 +490,8 @@ def _declared_values(result: SearchResult, first: Identified | None) -> FloatArr
 
 def _suspected(adopted: Adopted, contacts: Sequence[Contact], least: float) -> list[Weighed]:
     """Return the hypotheses that matter but are not adopted: the largest of each joint."""
-    doubted = [w for w in adopted.weighed if not w.adopted and w.fell >= least]
+    refused = (w for w in adopted.weighed if not w.adopted)
+    doubted = [w for w in refused if w.fell >= least and w.remaining < 1]
     others = (c for c in adopted.result.held_contacts if c not in contacts)
     doubted += [Weighed(c, c.worth, adopted=False) for c in others]
     out: list[Weighed] = []

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -127,28 +127,39 @@ class Change:
 def torque_changes(robot: Robot, work: FloatArray) -> Iterator[list[Change]]:
     """Yield the hypotheses that share the regressor of the logs, each with its grid.
 
+    Wrong signs of a set of torques and of all others fit alike. Friction takes energy, so the set
+    with less work has the wrong sign.
+
     Args:
         robot: the robot of the logs.
-        work: (n,) work of the torques in all logs, J.
+        work: (n,) work of the torques less that of the links in the fit of the model.
     """
-    yield from ([c] for c in _torque_signs(robot, work))
-    yield from _orders(robot, ("tau",))
+    sign, driven = definitions()["wrong_sign"], _driven(robot)
+    for joints in _sets(driven):
+        others = tuple(j for j in driven if j not in joints)
+        turned = min(joints, others, key=lambda some: work[list(some)].sum())
+        yield [Change(sign, turned, {"tau": -1.0})]
+    yield from _orders(robot, ("tau",), driven)
     yield [late((), sign * d) for sign in (1, -1) for d in _DELAYS]
-    single = [(j,) for j in range(robot.n)] if robot.n > 1 else []
+    single = [(j,) for j in driven] if robot.n > 1 else []
     for joints in single:
         yield [late(joints, d) for d in _DELAYS]
     for some in ((), *single):
         yield [slow(some, T) for T in _DELAYS]
 
 
-def motion_changes(robot: Robot) -> Iterator[list[Change]]:
-    """Yield the hypotheses that need new rows, each with its grid."""
-    rows = definitions()
-    n = robot.n
+def motion_changes(robot: Robot, loud: frozenset[int]) -> Iterator[list[Change]]:
+    """Yield the hypotheses of large errors, each with its grid.
+
+    Args:
+        robot: the robot of the logs.
+        loud: joints with large errors, on which exchanges and gear ratios are tried.
+    """
+    rows, driven = definitions(), _driven(robot)
     for keys in (MOTION, (*MOTION, "tau")):
-        for j in range(n):
+        for j in driven:
             yield [Change(rows["wrong_sign"], (j,), dict.fromkeys(keys, -1.0))]
-        yield from _orders(robot, keys)
+        yield from _orders(robot, keys, [j for j in driven if j in loud])
     turning = tuple(j for j, joint in enumerate(robot.movable) if joint.turns)
     degrees = dict.fromkeys(MOTION, _DEGREES)
     size = {"factor": (1 / _DEGREES, "")}
@@ -157,11 +168,14 @@ def motion_changes(robot: Robot) -> Iterator[list[Change]]:
     for j in turning:
         yield [Change(rows["wrong_unit"], (j,), degrees, size)]
     yield [Change(rows["reversed_time"], (), {"t": 1.0}, turns=True)]
-    for j in range(n):
+    for j in loud if driven[1:] else ():  # a lone motor has the scale of all torques
         yield [geared_by(j, r) for r in _RATIOS]
-        yield [
-            Change(rows["wrong_unit"], (j,), {"tau": 1 / f}, {"factor": (f, "")}) for f in _UNITS
-        ]
+    for some in _sets(driven):
+        if loud.issuperset(some[1:]):
+            yield [
+                Change(rows["wrong_unit"], some, {"tau": 1 / f}, {"factor": (f, "")})
+                for f in _UNITS
+            ]
     yield from gravities(robot)
 
 
@@ -204,27 +218,22 @@ def another_gravity(robot: Robot, gravity: FloatArray, std: Iterable[float] = ()
     return Change(definitions()[name], (), {}, constants, gravity=towards, std=deviations)
 
 
-def _torque_signs(robot: Robot, work: FloatArray) -> Iterator[Change]:
-    """Yield wrong signs of all sets of torques, up to half of the joints.
-
-    A robot with many joints gets single joints only. A set and its complement fit alike. Friction
-    takes energy, so the true torques do positive work in total. This decides which of the two sets
-    has the wrong sign.
-    """
-    driven = [j for j in range(robot.n) if j not in robot.passive]
-    most = len(driven) // 2 if robot.n <= _SETS else 1
-    for count in range(1, max(1, most) + 1):
-        for joints in itertools.combinations(driven, count):
-            turned = joints
-            if 2 * work[list(joints)].sum() > work.sum():
-                turned = tuple(j for j in driven if j not in joints)
-            yield Change(definitions()["wrong_sign"], turned, {"tau": -1.0})
+def _driven(robot: Robot) -> list[int]:
+    """Return the positions of the joints with a motor."""
+    return [j for j, joint in enumerate(robot.movable) if joint.actuated]
 
 
-def _orders(robot: Robot, keys: Iterable[str]) -> Iterator[list[Change]]:
+def _sets(joints: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    """Yield the sets of up to half of some joints; single joints if there are many."""
+    most = len(joints) // 2 if len(joints) <= _SETS else 1
+    for count in range(1, most + 1):
+        yield from itertools.combinations(joints, count)
+
+
+def _orders(robot: Robot, keys: Iterable[str], joints: Iterable[int]) -> Iterator[list[Change]]:
     """Yield exchanged channels of two joints, and channels sorted by joint name."""
     rows, same = definitions(), dict.fromkeys(keys, 1.0)
-    for j, k in itertools.combinations(range(robot.n), 2):
+    for j, k in itertools.combinations(joints, 2):
         order = [*range(robot.n)]
         order[j], order[k] = k, j
         yield [Change(rows["exchanged_channels"], (j, k), same, order=tuple(order))]

@@ -129,6 +129,11 @@ class Candidate:
         """Whether its constants can be refined between the points of their grid."""
         return bool(self.constants) and self.definition.native != "coupling"
 
+    @property
+    def rare(self) -> bool:
+        """Whether it is tried only on joints with large errors."""
+        return self.name == "balancer" or abs(self.constants.get("ratio", 1.0)) != 1.0
+
     def moved(self, constants: Constants) -> Candidate:
         """Return the candidate with some constants changed."""
         return replace(self, constants={**self.constants, **constants})
@@ -320,8 +325,6 @@ def _declared(robot: Robot, definition: Definition, position: int) -> bool:
     joint = robot.movable[position]
     if definition.native == "rotor":
         return joint.rotor_inertia
-    if definition.name == "drive_gain_error" and not joint.actuated:
-        return True  # a passive joint has no drive
     known = {e.name for e in robot.effects if joint.number in e.joints}
     return definition.name in known or definition.native in joint.friction
 
@@ -435,6 +438,9 @@ def constant_grid(
             high = min(max(high, periods), _MOST * high)
             count = round(high - search.low) + 1
         values = spaced(search.low, high, count)
+        if search.scale == "turn":  # two periods or fewer are any smooth function
+            _, travel = _scale(robot, "range", logs, position)
+            values = values[unit * travel * values > 4.001 * np.pi]
         axes.append([float(origin + unit * v) for v in values] if unit else [])
     for point in itertools.product(*axes):
         yield dict(zip(searches, point, strict=True))
@@ -445,6 +451,8 @@ def _scale(robot: Robot, scale: str, logs: Logs, position: int) -> tuple[float, 
     slides = robot.movable[position].sigma == names.PRISMATIC
     if scale == "play":
         return 0.0, _PINION if slides else 1.0
+    if scale == "angle":  # on the first joint, gravity of the link is no other torque
+        return 0.0, float(position > 0 and not slides)
     if scale == "gear":
         ratio = 0.0 if robot.drive is None else abs(robot.drive.ratio[position][position])
         return 0.0, ratio if ratio > 1 else 0.0
@@ -469,7 +477,8 @@ def _couplings(robot: Robot, definition: Definition) -> Iterator[Candidate]:
         if {robot.movable[j].number, robot.movable[k].number} in known:
             continue
         for constants in constant_grid(robot, definition.nonlinear, (), j):
-            yield Candidate(definition, (j, k), partial(_coupled, j, k), 3, constants)
+            if constants["ratio"]:
+                yield Candidate(definition, (j, k), partial(_coupled, j, k), 3, constants)
 
 
 def _coupled(j: int, k: int, s: FilteredLog, _: Torques, constants: Constants) -> Columns:

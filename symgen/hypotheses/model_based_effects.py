@@ -71,12 +71,16 @@ def special_candidates(
     yield from _on_joints(robot)
     if variation(robot).gravity.any() and not robot.imu:
         yield _of_links("commanded_torque", (), _dynamic)
-    if fixed:
-        yield from _load(robot, _LOAD)
-    else:  # the link parameters include a load that is there in all logs
+    if not fixed:  # the link parameters include a load that is there in all logs
         yield from _lengths(robot)
-    for point in _load(robot, _POINT):
-        yield from begun(point, logs)
+    inner = {joint.antecedent for joint in robot.movable}
+    for position, number in enumerate(robot.numbers):
+        if number in inner:  # a load is on a last link
+            continue
+        if fixed:
+            yield from _load(robot, position, _LOAD)
+        for point in _load(robot, position, _POINT):
+            yield from begun(point, logs)
 
 
 def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) -> FloatArray:
@@ -390,9 +394,9 @@ def _lead(pull: FloatArray, step: float, width: float) -> FloatArray:
     return out[::finer]
 
 
-def _load(robot: Robot, prefixes: Sequence[str]) -> Iterator[Candidate]:
-    """Yield a load with its identifiable parameters, if there are any."""
-    v, last = variation(robot), robot.movable[-1]
+def _load(robot: Robot, position: int, prefixes: Sequence[str]) -> Iterator[Candidate]:
+    """Yield a load on the link of a joint with its identifiable parameters, if there are any."""
+    v, last = variation(robot), robot.movable[position]
     of_last = v.units[robot.moving.index(last) * len(names.LINK) :]
     units = np.array([of_last[names.LINK.index(prefix)] for prefix in prefixes])
     Y = _random(v, units)
@@ -411,7 +415,7 @@ def _load(robot: Robot, prefixes: Sequence[str]) -> Iterator[Candidate]:
     def along(s: FilteredLog) -> Columns:
         return everywhere(v.regressor(s.motion, units[kept]))
 
-    load, joints = definitions()["payload"], (robot.n - 1,)
+    load, joints = definitions()["payload"], (position,)
     yield Candidate(
         load, joints, lambda s, *_: along(s), len(kept), coefficients=tuple(coefficients)
     )

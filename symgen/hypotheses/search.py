@@ -52,7 +52,7 @@ from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
 from symgen.hypotheses.trials import exact_change, exact_gravity, motion_trials, torque_trials
 from symgen.parallel import Say, silent
-from symgen.policy import LEAST, LOUD, SHOWN, SURE
+from symgen.policy import APART, LEAST, LOUD, SHOWN, SURE
 
 #: Correlation above which two effects are one class, and above which they are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
@@ -190,7 +190,7 @@ class _Judge:
         if not self.registry.changes or problem.is_fixed:
             return
         undone = frozenset(c.key for c in result.changes)
-        loud = frozenset(map(int, np.flatnonzero(stage.lost > LOUD)))
+        loud = self._loud(stage)
         # Accepted hypotheses may already explain the error that a change of the motion explains.
         doubted, key = bool(loud) or not result.items, (undone, bool(loud))
         if doubted and key not in self._moved:
@@ -297,6 +297,11 @@ class _Judge:
             fault = f"it does not predict other motion better: log-odds {s.odds:.1f}"
         return replace(s, fault=fault)
 
+    def _loud(self, stage: Stage) -> frozenset[int]:
+        """Return the joints whose error is large, or far above that of the quietest quarter."""
+        usual = max(self.least, np.sort(stage.lost)[len(stage.lost) // 4])
+        return frozenset(map(int, np.flatnonzero(stage.lost > min(LOUD, APART * usual))))
+
     def _prepare(self, stage: Stage) -> None:
         """Compute the columns of all candidates if the problem is new.
 
@@ -304,7 +309,8 @@ class _Judge:
         """
         if stage.problem is self._problem:
             return
-        self._problem, pool = stage.problem, self.registry.pool
+        self._problem, loud = stage.problem, self._loud(stage)
+        pool = [c for c in self.registry.pool if not c.rare or loud.issuperset(c.joints)]
         pairs = zip(pool, stage.log_columns.each(pool), strict=True)
         finite = (x for x in pairs if all(np.isfinite(c).all() for c in x[1].values()))
         self._groups = self._group(stage, finite)
@@ -351,6 +357,8 @@ class _Judge:
             return False
         if candidate.first_order and candidate.key in stage.problem.undone:
             return False
+        if candidate.definition.motor and {*candidate.joints} & {*stage.problem.robot.passive}:
+            return False
         if any(candidate.presumes(c) and c.key not in taken for c in self.registry.friction):
             return False
         return joints is None or not candidate.joints or bool(joints & {*candidate.joints})
@@ -372,6 +380,7 @@ class _Judge:
         else:
             part = fit.torque / (expected.size * base)
         prior -= price_of_size(float(np.max(part)))
+        prior -= SURE * candidate.rare  # a ratio is 1 unless another one is certainly better
         if fit.score - alone.score + prior > 0:
             fit = self._possible(stage, candidate, columns, fit)
         evidence = fit.score - alone.score

@@ -36,6 +36,7 @@ from symgen.hypotheses.effects import Score
 from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.registry import Changed
+from symgen.hypotheses.rows import fitted
 from symgen.hypotheses.score import DIGITS, TEMPERATURE, ScoreFit, worth_and_gain
 from symgen.policy import SURE
 from symgen.symbolic.variation import variation
@@ -43,15 +44,25 @@ from symgen.symbolic.variation import variation
 #: Duration of each log for trials of the motion, and for trials of gravity alone, s.
 _PIECE, _LONGER = 10.0, 60.0
 _ROUNDS = 3  # of Newton's method for the size of a gear ratio
+#: Tolerance of the logarithm of a delay, and half the span of its second difference.
+_EXACT, _APART = 1e-3, 0.05
 _TURNS = 8  # of gravity by the Gauss-Newton method
 
 
 def torque_trials(stage: Stage) -> Iterator[Changed]:
-    """Yield the changes of torques with their scores, each with the most probable size."""
-    torque = cache(stage.problem.torque)
-    work = np.sum([np.sum(s.qd * s.tau, axis=0) * s.step for s in stage.problem.logs], axis=0)
-    for grid in torque_changes(stage.problem.robot, work):
-        yield _torque_trial(stage, grid, torque)
+    """Yield the changes of torques with their scores, each with the most probable size.
+
+    Wrong signs of joints on which friction would drive come first: nothing else explains that.
+    """
+    problem, rows, torque = stage.problem, stage.problem.base, cache(stage.problem.torque)
+    links = slice(problem.evaluator.model.inertial)
+    speed = np.concatenate([log.qd[log.kept] for log in problem.logs])
+    lost = rows.moves * (rows.y - rows.W[..., links] @ rows.X[links])
+    work = np.sum(speed * lost, axis=0)
+    for grid in torque_changes(problem.robot, work):
+        trial = _torque_trial(stage, grid, torque)
+        signs = trial.definition.name == "wrong_sign" and (work[list(trial.joints)] < 0).all()
+        yield replace(trial, odds=math.inf) if signs and trial.odds > 0 else trial
 
 
 def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
@@ -59,15 +70,12 @@ def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
 
     Args:
         problem: the model and its logs.
-        loud: joints with large errors. Gear ratios are tried on these joints alone, signs and units
-            on all. If the set is empty, gravity alone is tried.
+        loud: joints with large errors. Gear ratios and exchanges are tried on these joints alone,
+            signs and units on all. If the set is empty, gravity alone is tried.
     """
     piece = problem.piece(_PIECE if loud else _LONGER)
     alone = piece.stage()
-    grids = motion_changes(piece.robot) if loud else gravities(piece.robot)
-    for grid in grids:
-        if grid[0].definition.name == "gear_ratio" and not loud & {*grid[0].joints}:
-            continue
+    for grid in motion_changes(piece.robot, loud) if loud else gravities(piece.robot):
         fits = []
         for change in grid:
             try:
@@ -145,7 +153,13 @@ def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
     """Return the fit to the changed logs, with its score as a density of the recorded torque."""
     scale = np.ones(alone.problem.base.n)
     scale[list(change.joints)] = change.scale
-    changed = alone.problem.tried(change).stage().score
+    problem = alone.problem
+    if change.channels == "tau":  # the regressor stays
+        y = change.torque(problem.torque)
+        problem = replace(problem, base=fitted(problem.logs, problem.base.W, y))
+    else:
+        problem = problem.tried(change)
+    changed = problem.stage().score
     score = replace(changed, misfit=alone.score.misfit / scale)
     counts = alone.score.counts
     before, after = alone.score.density(counts), score.density(counts)
@@ -174,16 +188,23 @@ def _fit_of_torque(stage: Stage, change: Change, torque: Torque) -> ScoreFit:
 
 
 def _refined_change(stage: Stage, change: Change) -> Change:
-    """Return a delay or a filter with its most probable size."""
+    """Return a delay or a filter with its most probable size, and the deviation of that."""
     from scipy.optimize import minimize_scalar
 
     make, value = (late, change.delay) if change.delay else (slow, change.lag)
 
+    def changed(x: float) -> Change:
+        return make(change.joints, math.copysign(math.exp(x), value))
+
     def cost(x: float) -> float:
-        other = make(change.joints, math.copysign(math.exp(x), value))
-        return -_fit_of_torque(stage, other, stage.problem.torque).score
+        return -_fit_of_torque(stage, changed(x), stage.problem.torque).score
 
     near = math.log(abs(value))
     bounds = near - math.log(2), near + math.log(2)
-    best = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-2})
-    return make(change.joints, math.copysign(math.exp(best.x), value))
+    best = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": _EXACT})
+    low, high = cost(best.x - _APART), cost(best.x + _APART)
+    curvature = (low + high - 2 * best.fun) / _APART**2
+    if curvature <= 0:
+        return changed(best.x)
+    ((name, (size, _)),) = changed(best.x).constants.items()
+    return replace(changed(best.x), std={name: abs(size) / math.sqrt(curvature)})

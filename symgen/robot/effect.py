@@ -45,6 +45,7 @@ _SCALES = {
     "play": "position",
     "place": "position",
     "duration": "s",
+    "angle": "rad",
     "turn": "",
     "gear": "",
 }
@@ -84,6 +85,7 @@ class Definition:
     nonlinear: Annotated[Mapping[str, SearchRange], BESIDE] = field(default_factory=dict)
     native: str = ""
     offset: bool = False
+    motor: bool = False
     sign: Annotated[str, word_check("positive", "any")] = "any"
     confused: str = ""
     separate: str = ""

@@ -10,6 +10,7 @@ that friction holds therefore creeps by about the width times the time: 0.01 mra
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -179,17 +180,19 @@ def _integrated(
         return float(np.min(bounds - np.abs(state[:n] - x[:n])))
 
     inside.terminal = True  # type: ignore[attr-defined]
-    found = solve_ivp(
-        slope,
-        (t[0], t[-1]),
-        x,
-        method="LSODA",
-        t_eval=t,
-        events=None if bounds is None else inside,
-        rtol=tolerance,
-        atol=tolerance,
-        max_step=_STEP,
-    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # LSODA warns of what the status says
+        found = solve_ivp(
+            slope,
+            (t[0], t[-1]),
+            x,
+            method="LSODA",
+            t_eval=t,
+            events=None if bounds is None else inside,
+            rtol=tolerance,
+            atol=tolerance,
+            max_step=_STEP,
+        )
     if found.status < 0:
         raise ParameterError(
             f"simulate: t = {found.t[-1]:.6g} s: {found.message}; accepted: a less stiff "

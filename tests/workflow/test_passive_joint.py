@@ -187,3 +187,15 @@ def test_an_mjcf_asks_for_the_motor_of_a_joint_without_actuator(command, tmp_pat
     assert "actuated = false" in err
     assert "actuated" not in (tmp_path / "robot.toml").read_text()
     assert "actuated" not in command("import", tmp_path / "whole.xml")[2]
+
+
+def test_a_joint_without_a_motor_is_not_blamed_for_one() -> None:
+    """With a wrong length, no channel of the shoulder has another unit, gear, sign or offset."""
+    short = symgen.parse_robot(PASSIVE.replace("d = 1.0", "d = 0.4"))
+    logs = []
+    for seed in (1, 2):
+        t, q, qd, tau = swung(seed)
+        logs.append(symgen.make_log(f"{seed}", t, q, tau, qd))
+    found = symgen.diagnose(short, logs[0], validation=logs[1])
+    blamed = {e.name for e in found.effects if 1 in e.joints}
+    assert not blamed & {"wrong_unit", "gear_ratio", "exchanged_channels", "torque_offset"}
