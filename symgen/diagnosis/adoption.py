@@ -35,6 +35,7 @@ from symgen.robot.types import Robot
 
 #: Name of the effect that [drive] corrects.
 GAIN = "drive_gain_error"
+_INTERVAL = 2.0  # standard deviations of a constant that half of its range must contain
 #: Identifies a robot, after some changes of the logs that no robot file can hold.
 Identify = Callable[[Robot, Sequence[Changed]], Identified]
 
@@ -163,7 +164,9 @@ def _failing(adopted: Adopted, first: Identified, least: float) -> dict[object, 
         without = [k for s in effects if s not in kept for k in columns[s.key]]
         for score in kept:
             found = adopted.together.values[effects.index(score)]
-            tested[score.key] = refits.test(score, columns[score.key], without, found, least)
+            explained, reason = refits.test(score, columns[score.key], without, found, least)
+            ranges = adopted.result.ranges.get(score.key, {})
+            tested[score.key] = explained, reason or _out_of_range(score, found, ranges)
         failing = {key: result for key, result in tested.items() if result[1]}
         if not failing:
             break
@@ -290,6 +293,22 @@ def _wrong_sign(score: Score, found: Coefficients) -> str:
     std = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
     if (found.values < -BEYOND * std)[:count].any():
         return "its coefficient would have a sign that it cannot have"
+    return ""
+
+
+def _out_of_range(
+    score: Score, found: Coefficients, ranges: Mapping[str, tuple[float, float]]
+) -> str:
+    """Return why a searched constant is not known within its range, or ""."""
+    for (name, value), std in zip(
+        score.candidate.constants.items(), found.constants_std, strict=True
+    ):
+        low, high = ranges.get(name, (-math.inf, math.inf))
+        # The standard deviation is NaN if the logs do not determine the constants.
+        reach = float(np.nan_to_num(std))
+        inside = low - reach <= value <= high + reach
+        if not inside or _INTERVAL * reach > (high - low) / 2:
+            return f"its constant {name} = {value:.3g} +- {std:.2g} is not known within its range"
     return ""
 
 

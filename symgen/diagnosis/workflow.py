@@ -527,8 +527,9 @@ def _verdict(
     clipped = [e.gap_reduction for e in effects if e.name == _SATURATION]
     if kinds & {BROKEN, NO_ROBOT} or _recorder_is_chief(adopted, clipped):
         return "bad-measurement"
-    quiet_now = quiet(gaps.explained.per_joint, gaps.floor.per_joint, least)
-    explained = quiet_now and EFFECT_MISSING not in kinds
+    explained = quiet(gaps.explained.per_joint, gaps.floor.per_joint, least)
+    if gaps.corrected is None:
+        explained = explained and EFFECT_MISSING not in kinds
     if not any(e.adopted for e in effects):
         return "consistent" if explained and not effects else "unexplained"
     if gaps.corrected is None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -38,10 +38,31 @@ class Registry:
     contacts: bool = True
     expressions: bool = True
 
+    def ranges(self, candidate: Candidate) -> dict[str, tuple[float, float]]:
+        """Return the range of each constant of an effect: its grid, and one more step at both ends.
+
+        A constant with one value has no range.
+        """
+        out = {}
+        same = [c.constants for c in self.pool if c.key == candidate.key]
+        for name in candidate.constants:
+            grid = sorted({constants[name] for constants in same})
+            search = candidate.definition.nonlinear.get(name)
+            if len(grid) > 1 and search is not None:
+                ends = (grid[0], grid[1]), (grid[-1], grid[-2])
+                low, high = (_beyond(*end, by_ratio=search.by_ratio) for end in ends)
+                out[name] = low, high
+        return out
+
     @cached_property
     def friction(self) -> list[Candidate]:
         """Undeclared friction, which other effects may require."""
         return [c for c in self.pool if c.definition.native in names.FRICTION and not c.change]
+
+
+def _beyond(end: float, inner: float, *, by_ratio: bool) -> float:
+    """Return the next value after the end of a grid."""
+    return end**2 / inner if by_ratio else 2 * end - inner
 
 
 def make_registry(
@@ -113,6 +134,7 @@ class SearchResult:
         items: the accepted hypotheses. The columns of effects are those on the logs of `problem`.
         rejected: the other effects with the reason, the most probable first.
         tried: number of candidates.
+        ranges: the range of each searched constant, by the key of its effect.
         held_contacts: contacts in the validation logs, which no other motion confirms.
     """
 
@@ -121,6 +143,7 @@ class SearchResult:
     items: tuple[Item, ...] = ()
     rejected: tuple[Score, ...] = ()
     tried: int = 0
+    ranges: Mapping[Key, Mapping[str, tuple[float, float]]] = field(default_factory=dict)
     held_contacts: tuple[Contact, ...] = ()
 
     @property

@@ -114,7 +114,8 @@ def search(
         return result
     rejected = tuple(judge.reasoned(s) for s in options if s.key not in result.keys)
     result = result.with_effects(sorted(judge.compared(result), key=lambda s: -s.gain))
-    return replace(result, rejected=rejected, tried=len(registry.pool))
+    ranges = {s.key: registry.ranges(s.candidate) for s in result.effects}
+    return replace(result, rejected=rejected, tried=len(registry.pool), ranges=ranges)
 
 
 def _held_contacts(result: SearchResult, least: float) -> Iterator[Contact]:
