@@ -28,8 +28,9 @@ from symgen.hypotheses.confirm import Weighed, restricted
 from symgen.hypotheses.effects import Candidate, Score
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.registry import Changed, Item, SearchResult
+from symgen.identification.estimate import Estimate
 from symgen.identification.solving import system_of
-from symgen.identification.workflow import Identified
+from symgen.identification.workflow import Identified, Solved
 from symgen.policy import BEYOND, RISE, WORSE
 from symgen.robot.types import Robot
 
@@ -37,7 +38,7 @@ from symgen.robot.types import Robot
 GAIN = "drive_gain_error"
 _INTERVAL = 2.0  # standard deviations of a constant that half of its range must contain
 #: Identifies a robot, after some changes of the logs that no robot file can hold.
-Identify = Callable[[Robot, Sequence[Changed]], Identified]
+Identify = Callable[[Robot, Sequence[Changed]], Solved]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +60,7 @@ class Adopted:
     robot: Robot
     declared: tuple[Item, ...]
     together: Together
-    last: Identified | None = None
+    last: Solved | None = None
 
     @property
     def undone(self) -> tuple[Changed, ...]:
@@ -180,7 +181,7 @@ def _failing(adopted: Adopted, first: Identified, least: float) -> dict[object, 
     return out
 
 
-def _worse(first: Identified, last: Identified) -> str:
+def _worse(first: Identified, last: Solved) -> str:
     """Return why a fit is worse than the first one, or ""."""
     before, after = (x.outcome.torque_held.in_motion.residual.relative for x in (first, last))
     if after > before:
@@ -188,11 +189,9 @@ def _worse(first: Identified, last: Identified) -> str:
             "identified with it, the torque error on the validation data rises from "
             f"{percent(before)} to {percent(after)}"
         )
-    was, now = (
-        {h.seconds: h.position_error for h in x.estimate.uses.simulation.horizons}
-        for x in (first, last)
-        if x.estimate.uses is not None
-    )
+    if not isinstance(last, Identified):
+        return ""
+    was, now = (_position_errors(x.estimate) for x in (first, last))
     for seconds in was.keys() & now.keys():
         if math.isfinite(was[seconds]) and not now[seconds] <= WORSE * was[seconds]:
             return (
@@ -200,6 +199,13 @@ def _worse(first: Identified, last: Identified) -> str:
                 f"{percent(was[seconds])} to {percent(now[seconds])} of the distance moved"
             )
     return ""
+
+
+def _position_errors(estimate: Estimate) -> dict[float, float]:
+    """Return the position error of the simulation after some times, by these in s."""
+    if estimate.uses is None:
+        return {}
+    return {h.seconds: h.position_error for h in estimate.uses.simulation.horizons}
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,12 +218,12 @@ class _Refits:
         X: (p,) the weighted least-squares solution.
     """
 
-    last: Identified
+    last: Solved
     factor: FloatArray
     X: FloatArray
 
     @classmethod
-    def of(cls, last: Identified) -> _Refits:
+    def of(cls, last: Solved) -> _Refits:
         """Return the refits of an identification, with the weights of its solution."""
         run = last.chosen.run
         parts = summaries(system_of(run.evaluator, last.chosen.best.train))

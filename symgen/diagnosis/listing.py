@@ -20,6 +20,7 @@ from symgen.hypotheses.event import Contact
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.registry import Changed, Item
 from symgen.identification.parameters import base_values
+from symgen.identification.workflow import Identified
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 
@@ -187,7 +188,7 @@ def robot_parameters(adopted: Adopted) -> tuple[FoundParameter, ...]:
 
     Fixed parameters get the values that declared effects add, and no standard deviation.
     """
-    if adopted.last is not None:
+    if isinstance(adopted.last, Identified):
         estimate = adopted.last.estimate
         return tuple(FoundParameter(p.name, p.value, p.std, p.unit) for p in estimate.parameters)
     problem, robot = adopted.result.problem, adopted.robot

@@ -70,9 +70,10 @@ from symgen.identification.workflow import (
     Identified,
     LogsInMemory,
     Settings,
+    Solved,
     identified,
-    identified_run,
     open_sources,
+    solved_run,
 )
 from symgen.parallel import Say, silent, thread_count
 from symgen.policy import CHIEFLY, LEAST, MISFIT, WORTH
@@ -232,14 +233,16 @@ class _Case:
             )
         return identified(opened, settings, None)
 
-    def refitted(self, robot: Robot, changes: Sequence[Changed] = ()) -> Identified:
-        """Identify another robot without another search, on the logs of the first fit."""
-        if changes or robot.drive != self.robot.drive or robot == self.robot:
+    def refitted(self, robot: Robot, changes: Sequence[Changed] = ()) -> Solved:
+        """Solve another robot without another search, by the model and on the logs of `first`."""
+        if changes or robot.drive != self.robot.drive:
             return self.identified(robot, changes)
         settings = self._settings(robot)
-        opened = self.opened.of_robot(robot, settings.models)
+        same = self.first.chosen.best.model.name
+        models = tuple(m for m in settings.models if m.name == same) or settings.models
+        opened = self.opened.of_robot(robot, models)
         run = replace(self.first.chosen.run, evaluator=opened.evaluator)
-        return identified_run(opened, run, settings)
+        return solved_run(opened, run, replace(settings, models=models))
 
     def _settings(self, robot: Robot) -> Settings:
         return Settings.of(robot, cutoff=self.cutoff, least=self.least)
@@ -349,10 +352,10 @@ def _measured(case: _Case, first: Identified | None, adopted: Adopted) -> _Gaps:
         noise = noise_fit(declared.evaluator, declared.held, declared.X).residual
         curves = validation_curves((declared.held, problem.held), before, after)
         return _Gaps(Fitted.of(was), Fitted.of(now), None, gap_of(noise), curves, None)
-    assert adopted.last is not None
     promised = adopted.last
     if adopted.undone:
         promised = case.identified(adopted.robot)
+    assert isinstance(promised, Identified)
     log_effects = [x for x in adopted.result.items if x not in adopted.declared]
     contacts = _contacts(first, adopted)
     corrected = None

@@ -31,7 +31,7 @@ from symgen.identification.assessment import (
     assess,
     outcome,
 )
-from symgen.identification.estimate import Estimate
+from symgen.identification.estimate import UNCHECKED, Estimate
 from symgen.identification.model_choice import (
     ChosenModel,
     OpenLogs,
@@ -43,7 +43,7 @@ from symgen.identification.model_choice import (
 )
 from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.segments import LongLogs, load_model, open_long_logs
-from symgen.identification.settle import settle
+from symgen.identification.settle import Settled, settle
 from symgen.identification.solving import AUTO, FOLDED, Fit, Method, solve_equations, system_of
 from symgen.identification.torque_scale import in_torque_scale
 from symgen.parallel import Say, silent
@@ -184,11 +184,17 @@ class Settings:
 
 
 @dataclass(frozen=True, eq=False)
-class Identified:
-    """An identification: the logs with the chosen model, its solution, and the estimate."""
+class Solved:
+    """The chosen model of some logs, and its solution."""
 
     chosen: ChosenModel
     outcome: Outcome
+
+
+@dataclass(frozen=True, eq=False)
+class Identified(Solved):
+    """An identification: a solved model and its estimate."""
+
     estimate: Estimate
 
 
@@ -224,6 +230,21 @@ def identified_run(
     progress("judging")
     estimate = assess(chosen, result, file_values, settings.accept, settings.least)
     return Identified(chosen, result, estimate)
+
+
+def solved_run(opened: LogsInMemory | LongLogs, run: Run, settings: Settings) -> Solved:
+    """Choose the model and solve it by least squares; see `identified`."""
+    plain = settings.method.unconstrained
+    chosen = choose_model(run, settings.models, plain, settings.motions, opened.progress)
+    best = chosen.best
+    solution = best.solution
+    if solution is None:
+        about = run.evaluator, best.train, plain, best.model
+        solution = solve_equations(*about, best.needed_prior)
+    settled = Settled(solution, plain, UNCHECKED)
+    parts = [system_of(run.evaluator, logs).logs for logs in (best.train, chosen.held)]
+    torques = best.torques or run.torques(solution.X)
+    return Solved(chosen, outcome(settled, best.model, (parts[0], parts[1]), torques, run.repairs))
 
 
 def open_sources(

@@ -40,7 +40,7 @@ _SAME, _ROUNDED = 1e-9, 10 * TOLERANCE
 _CLOSED = 1e-5
 LINEAR = (
     "accepted: joints in proportion (polycoef of two numbers), connect of a parallelogram with as "
-    "many actuators as free joints, or --fix JOINT=VALUE"
+    'many actuators as free joints, or active="false" at the equality'
 )
 _TENDON = 3  # transmissions up to this type act on joints and tendons
 #: Flags of MuJoCo that switch off contacts and limits.
