@@ -24,10 +24,12 @@ from symgen.estimation.solve import residual_weights, shortest, weighted_triangl
 from symgen.estimation.summary import summaries
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray
+from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.confirm import Weighed, restricted
 from symgen.hypotheses.effects import Candidate, Score
+from symgen.hypotheses.judged import Judged
 from symgen.hypotheses.problem import Problem
-from symgen.hypotheses.registry import Changed, Item, SearchResult
+from symgen.hypotheses.registry import SearchResult
 from symgen.identification.estimate import Estimate
 from symgen.identification.solving import system_of
 from symgen.identification.workflow import Identified, Solved
@@ -58,7 +60,7 @@ class Adopted:
     result: SearchResult
     weighed: tuple[Weighed, ...]
     robot: Robot
-    declared: tuple[Item, ...]
+    declared: tuple[Judged, ...]
     together: Together
     last: Solved | None = None
 
@@ -66,7 +68,7 @@ class Adopted:
     def undone(self) -> tuple[Changed, ...]:
         """Changes that no robot file can hold; without delays, which `identify` undoes."""
         changes = self.result.changes
-        return tuple(c for c in changes if not c.change.delay and c not in self.declared)
+        return tuple(c for c in changes if not c.cause.delay and c not in self.declared)
 
 
 def adopt(
@@ -99,8 +101,7 @@ def adopt(
         if not failing:
             return adopted
         weighed = [
-            replace(w, adopted=False, reason=failing[w.item.key]) if w.item.key in failing else w
-            for w in weighed
+            replace(w, reason=failing[w.item.key]) if w.item.key in failing else w for w in weighed
         ]
         result = restricted(result, [x for x in result.items if x.key not in failing])
 
@@ -109,14 +110,14 @@ def declare(result: SearchResult, weighed: Sequence[Weighed]) -> Adopted:
     """Write the accepted hypotheses into the robot, as far as its file can hold them."""
     together = fit_together(result)
     result = result.with_effects(together.effects)
-    robot, declared = result.problem.robot, list[Item]()
+    robot, declared = result.problem.robot, list[Judged]()
     for item in result.changes:
-        more = corrected(robot, item.change)
+        more = corrected(robot, item.cause)
         if more is not None:
             robot = more
             declared.append(item)
     for score, found in zip(together.effects, together.values, strict=True):
-        more = _with_effect(robot, result.problem, score.candidate, found)
+        more = _with_effect(robot, result.problem, score.cause, found)
         if more is not None:
             robot = more
             declared.append(score)
@@ -136,13 +137,7 @@ def _with_effect(robot: Robot, problem: Problem, c: Candidate, found: Coefficien
 
 def coefficient_names(robot: Robot, c: Candidate) -> Sequence[tuple[str, str]]:
     """Return the name and the unit of each coefficient of an effect with a physical meaning."""
-    return c.coefficients or c.definition.coefficients(*place(robot, c))
-
-
-def place(robot: Robot, c: Candidate) -> tuple[int | str, int]:
-    """Return the joint number in the parameter names of an effect, and sigma of its first joint."""
-    numbers = [robot.movable[j].number for j in c.joints]
-    return (numbers[-1], robot.movable[c.joints[0]].sigma) if numbers else ("", 0)
+    return c.coefficients or c.definition.coefficients(*c.place(robot))
 
 
 def _weakest(adopted: Adopted) -> object:
@@ -164,7 +159,7 @@ def _failing(adopted: Adopted, first: Identified, least: float) -> dict[object, 
         tested = {}
         without = [k for s in effects if s not in kept for k in columns[s.key]]
         for score in kept:
-            found = adopted.together.values[effects.index(score)]
+            found = adopted.together.of(score)
             explained, reason = refits.test(score, columns[score.key], without, found, least)
             ranges = adopted.result.ranges.get(score.key, {})
             tested[score.key] = explained, reason or _out_of_range(score, found, ranges)
@@ -238,7 +233,7 @@ class _Refits:
             declared: the model without the effect.
             score: the effect.
         """
-        c, robot = score.candidate, declared.robot
+        c, robot = score.cause, declared.robot
         names = [name for name, _ in coefficient_names(robot, c)]
         if c.definition.offset:
             names += [f"OF{robot.movable[j].number}" for j in c.joints]
@@ -293,7 +288,7 @@ class _Refits:
 
 def _wrong_sign(score: Score, found: Coefficients) -> str:
     """Return why the known coefficients of an effect are impossible, or ""."""
-    if score.definition.sign != "positive" or score.candidate.change:
+    if score.definition.sign != "positive" or score.cause.alters:
         return ""
     count = len(score.definition.linear)
     std = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))

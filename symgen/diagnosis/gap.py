@@ -101,7 +101,7 @@ def places(
             main = max(named, key=lambda e: np.nan_to_num(e.gap_reduction))
             rows = [d for d in definitions().values() if d.name == main.name]
         pattern = rows[0].pattern if rows else ANY
-        spans = [c.span for c in contacts if j in c.joints]
+        spans = [c.cause for c in contacts if j in c.joints]
         window = (spans[0].start, spans[0].end) if spans else None
         out.append(Place(number, float(excess[j] / excess.sum()), pattern, window))
     return tuple(out)

@@ -8,20 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from symgen.codegen.model import Model, derive
-from symgen.diagnosis.adoption import Adopted, coefficient_names, place
+from symgen.codegen.model import derive
+from symgen.diagnosis.adoption import Adopted, coefficient_names
 from symgen.diagnosis.diagnosis import Alike, FoundEffect, FoundParameter
 from symgen.diagnosis.together import Coefficients
-from symgen.estimation.values import FloatArray
-from symgen.hypotheses.changes import Change
 from symgen.hypotheses.confirm import Weighed
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.event import Contact
-from symgen.hypotheses.problem import Problem
-from symgen.hypotheses.registry import Changed, Item
+from symgen.hypotheses.judged import Judged
 from symgen.identification.parameters import base_values
 from symgen.identification.workflow import Identified
-from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 
 
@@ -40,31 +36,42 @@ def list_effects(
         suspected: the grades of the suspected effects.
         delays: whether delays are effects, since `identify` did not undo any.
     """
-    robot = adopted.result.problem.robot
-    by_key = {w.item.key: w for w in adopted.weighed}
-    found = zip(adopted.together.effects, adopted.together.values, strict=True)
-    values = {score.key: value for score, value in found}
-    identified = {p.name: p for p in robot_parameters(adopted)}
+    result = adopted.result
+    robot = result.problem.robot
+    grades = {w.item.key: w for w in adopted.weighed}
+    identified = {p.name: p for p in robot_parameters(adopted)} if adopted.last else {}
     out = []
-    for item in adopted.result.items:
-        w = by_key[item.key]
-        declared = item in adopted.declared
-        if isinstance(item, Changed):
-            if delays or not item.change.delay:
-                out.append(_undone(robot, w, item.change, declared=declared))
-        elif isinstance(item, Score):
-            known = identified if declared and adopted.last is not None else {}
-            numbers = _parameters(robot, item, values[item.key], known)
-            out.append(_with_columns(robot, w, item, numbers, declared=declared))
+    for change in result.changes:
+        if delays or not change.cause.delay:
+            found = _found(robot, grades[change.key], _sizes(robot, [change]))
+            out.append(replace(found, declared=change in adopted.declared))
+    for score in result.effects:
+        declared = score in adopted.declared
+        value = adopted.together.of(score)
+        numbers = _parameters(robot, score, value, identified if declared else {})
+        found = _found(robot, replace(grades[score.key], item=score), numbers)
+        out.append(replace(found, declared=declared))
     for joints in dict.fromkeys(c.joints for c in contacts):
-        out.append(_touched(robot, [c for c in contacts if c.joints == joints]))
+        same = [c for c in contacts if c.joints == joints]
+        largest = max(same, key=lambda contact: contact.gain)
+        found = _found(robot, Weighed(largest, remaining=0.0), _sizes(robot, same))
+        first, *others = same
+        expression = ", ".join([first.cause.expression(robot), *(c.cause.log for c in others)])
+        out.append(replace(found, expression=expression))
     for w in suspected:
-        if isinstance(w.item, Score):
-            out.append(_with_columns(robot, w, w.item, (), declared=False))
-        elif isinstance(w.item, Changed):
-            out.append(_undone(robot, w, w.item.change, declared=False))
-        else:
-            out.append(replace(_touched(robot, [w.item]), adopted=False, shown=False))
+        numbers = () if isinstance(w.item, Score) else _sizes(robot, [w.item])
+        out.append(_found(robot, w, numbers))
+    return tuple(out)
+
+
+def _sizes(robot: Robot, items: Sequence[Judged]) -> tuple[FoundParameter, ...]:
+    """Return the constants of hypotheses on the same joints; those after the first are numbered."""
+    suffix, _ = items[0].cause.place(robot)
+    out = []
+    for k, item in enumerate(items):
+        more = f"_{k}" if k else ""
+        for s in item.cause.sizes:
+            out.append(FoundParameter(f"{s.name}{suffix}{more}", s.value, s.std, s.unit))
     return tuple(out)
 
 
@@ -79,7 +86,7 @@ def _parameters(
         found: its values as columns of the declared model.
         known: identified parameters by name.
     """
-    c, d = score.candidate, score.definition
+    c, d = score.cause, score.definition
     std = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
     out = []
     for (name, unit), value, deviation in zip(
@@ -89,92 +96,38 @@ def _parameters(
             out.append(known[name])
         elif not (known and d.native):  # geometry and gravity contain a native effect otherwise
             out.append(FoundParameter(name, float(value), float(deviation), unit))
-    suffix, sigma = place(robot, c)
+    suffix, sigma = c.place(robot)
     for (name, value), deviation in zip(c.constants.items(), found.constants_std, strict=True):
         unit = d.unit_of(name, sigma)
         out.append(FoundParameter(d.named(name, suffix), float(value), float(deviation), unit))
     return tuple(out)
 
 
-def _plain(robot: Robot, item: Item) -> FoundEffect:
-    """Return a hypothesis as an adopted effect, without its parameters."""
-    from scipy.special import expit
-
+def _found(robot: Robot, w: Weighed, parameters: tuple[FoundParameter, ...]) -> FoundEffect:
+    """Return a hypothesis with its grade and its parameters as an effect, not yet declared."""
+    item, d = w.item, w.item.definition
+    alike = tuple(Alike(s.cause.name, joint_numbers(robot, s.joints)) for s in item.alike)
+    by_std = isinstance(item, Score)
     return FoundEffect(
-        name=item.definition.name,
+        name=d.name,
         joints=joint_numbers(robot, item.joints),
-        parameters=(),
-        expression=item.definition.formula,
-        p_value=math.exp(-max(item.odds, 0.0)),
-        gap_reduction=min(item.gain, 1.0),
-        probability=float(expit(item.odds)),
-        torque_rms=item.torque,
-        declared=False,
-    )
-
-
-def _with_columns(
-    robot: Robot,
-    w: Weighed,
-    score: Score,
-    parameters: tuple[FoundParameter, ...],
-    *,
-    declared: bool,
-) -> FoundEffect:
-    """Return an effect with columns, with its score and its parameters."""
-    d = score.definition
-    suffix, _ = place(robot, score.candidate)
-    alike = tuple(Alike(s.definition.name, joint_numbers(robot, s.joints)) for s in score.alike)
-    return replace(
-        _plain(robot, score),
         parameters=parameters,
-        expression=numbered(d, suffix) or d.formula or d.says,
-        p_value=_p_value(parameters),
-        probability=score.probability,
+        expression=item.cause.expression(robot),
+        p_value=_p_value(parameters) if by_std else math.exp(-max(item.odds, 0.0)),
+        gap_reduction=min(item.gain, 1.0),
         indistinguishable_from=alike,
         separate=d.separate if alike else "",
-        declared=declared,
+        declared=False,
+        probability=item.probability,
+        torque_rms=item.torque,
         adopted=w.adopted,
         shown=w.shown,
     )
-
-
-def _undone(robot: Robot, w: Weighed, change: Change, *, declared: bool) -> FoundEffect:
-    """Return a change of the logs as an effect."""
-    plain = _plain(robot, w.item)
-    suffix = plain.joints[-1] if plain.joints else ""
-    constants = (
-        FoundParameter(f"{name}{suffix}", value, change.std.get(name, math.nan), unit)
-        for name, (value, unit) in change.constants.items()
-    )
-    where = change.channels or "robot file"
-    expression = f"{plain.expression} ({where})"
-    return replace(
-        plain,
-        parameters=tuple(constants),
-        expression=expression,
-        declared=declared,
-        adopted=w.adopted,
-        shown=w.shown,
-    )
-
-
-def _touched(robot: Robot, same: Sequence[Contact]) -> FoundEffect:
-    """Return contacts on the same joints as one effect, with the share of the largest contact."""
-    plain = _plain(robot, max(same, key=lambda contact: contact.gain))
-    times = []
-    for k, span in enumerate(contact.span for contact in same):
-        suffix = f"{plain.joints[-1]}{f'_{k}' if k else ''}"
-        times.append(FoundParameter(f"start{suffix}", span.start, math.nan, "s"))
-        times.append(FoundParameter(f"length{suffix}", span.end - span.start, math.nan, "s"))
-    where = ", ".join(contact.span.log for contact in same)
-    expression = f"{plain.expression}, in {where}"
-    return replace(plain, parameters=tuple(times), expression=expression, shown=True)
 
 
 def joint_numbers(robot: Robot, positions: Sequence[int]) -> tuple[int, ...]:
     """Return the joint numbers in the robot file of some positions."""
-    return tuple(robot.movable[j].number for j in positions)
+    return tuple(robot.numbers[j] for j in positions)
 
 
 def _p_value(parameters: Sequence[FoundParameter]) -> float:
@@ -194,37 +147,24 @@ def robot_parameters(adopted: Adopted) -> tuple[FoundParameter, ...]:
     problem, robot = adopted.result.problem, adopted.robot
     model, X = problem.evaluator.model, problem.X
     if robot is not problem.robot:
+        heads = [base.head for base in model.base.parameters]
         model = derive(robot, ())
-        X = _with_added(problem, model, [*_added(adopted)])
+        values = {p.name: 0.0 for p in model.base.standard}
+        values.update(zip(heads, map(float, X), strict=True))
+        for given, value in _added(adopted):
+            # R is appended to the name of a load parameter with which others are regrouped.
+            name = given if given in values else given.removesuffix("R")
+            if name in values:
+                values[name] += value
+        X = base_values(values, model, "the extended model")
     rows = zip(model.base.parameters, X, strict=True)
     return tuple(FoundParameter(p.name, float(x), math.nan, p.unit) for p, x in rows)
 
 
 def _added(adopted: Adopted) -> Iterator[tuple[str, float]]:
     """Yield name and value of the coefficients of declared effects."""
-    robot = adopted.result.problem.robot
-    for score, found in zip(adopted.together.effects, adopted.together.values, strict=True):
+    for score in adopted.result.effects:
         if score in adopted.declared:
-            names = (name for name, _ in coefficient_names(robot, score.candidate))
-            yield from zip(names, map(float, found.values), strict=False)
-
-
-def _with_added(
-    problem: Problem, extended_model: Model, added: Sequence[tuple[str, float]]
-) -> FloatArray:
-    """Return the base parameters of an extended model: fixed values plus those of effects.
-
-    Args:
-        problem: the declared model with its fixed parameters.
-        extended_model: the model with the effects declared.
-        added: standard parameters of `extended_model` that effects change or add.
-    """
-    values = {p.name: 0.0 for p in extended_model.base.standard}
-    for value, base in zip(problem.X, problem.evaluator.model.base.parameters, strict=True):
-        values[base.head] = float(value)
-    for given, value in added:
-        # R is appended to the name of a load parameter with which others are regrouped.
-        name = given if given in values else given.removesuffix("R")
-        if name in values:
-            values[name] += value
-    return base_values(values, extended_model, "the extended model")
+            named = coefficient_names(adopted.result.problem.robot, score.cause)
+            values = adopted.together.of(score).values.tolist()
+            yield from zip((name for name, _ in named), values, strict=False)

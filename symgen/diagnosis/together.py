@@ -62,16 +62,20 @@ class Together:
     X: FloatArray
     values: tuple[Coefficients, ...]
 
+    def of(self, score: Score) -> Coefficients:
+        """Return the values of one of the effects."""
+        return self.values[self.effects.index(score)]
+
     def torques(self, logs: Sequence[FilteredLog]) -> list[FloatArray]:
         """Return the torque along some logs, in the band, (K, n)."""
         problem, known = self.problem, self.problem.known
-        count = len(self.X) - sum(s.candidate.size for s in self.effects)
+        count = len(self.X) - sum(s.cause.size for s in self.effects)
         X = self.X[:count] if known is None else known
         out = []
         for log in logs:
             torques = problem.torques_along(log, X)
             torque, at = torques.model, count
-            for c in (s.candidate for s in self.effects):
+            for c in (s.cause for s in self.effects):
                 columns = dense(c.columns(log, torques), log.tau.shape)
                 torque = torque + columns @ self.X[at : at + c.size]
                 at += c.size
@@ -93,8 +97,8 @@ def fit_together(result: SearchResult) -> Together:
     effects, log_columns = settled(problem, result.effects)
     stage = problem.stage(effects)
     names = () if problem.is_fixed else problem.evaluator.model.base.names
-    p, count = len(names), sum(s.candidate.size for s in effects)
-    names += tuple(f"{s.candidate.name} {i}" for s in effects for i in range(s.candidate.size))
+    p, count = len(names), sum(s.cause.size for s in effects)
+    names += tuple(f"{s.cause.name} {i}" for s in effects for i in range(s.cause.size))
     X, covariance = stage.rows.X, np.full((p + count, p + count), np.nan)
     try:
         solution = _solve(problem, names, stage.rows)
@@ -106,7 +110,7 @@ def fit_together(result: SearchResult) -> Together:
         covariance = wider.covariance
     constants = iter([] if wider is None else wider.std[p + count :])
     values, at = [], p
-    for c in (s.candidate for s in effects):
+    for c in (s.cause for s in effects):
         here = slice(at, at + c.size)
         std = np.full(len(c.constants), np.nan)
         if c.smooth and wider is not None:

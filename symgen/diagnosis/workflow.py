@@ -50,13 +50,15 @@ from symgen.estimation.torque_error import (
 from symgen.estimation.values import FloatArray, Reason
 from symgen.faults.logs import join_bands
 from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
+from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.confirm import REPEATED, Weighed, confirm
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import held_squares
+from symgen.hypotheses.judged import Judged
 from symgen.hypotheses.priors import RECORDER, prior_of
 from symgen.hypotheses.problem import make_problem
-from symgen.hypotheses.registry import Changed, Item, SearchResult, make_registry
+from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
@@ -253,7 +255,7 @@ def _undone(logs: Sequence[FilteredLog], changes: Sequence[Changed]) -> list[Sam
     out = []
     for log in logs:
         for item in changes:
-            log = item.change.undo(log)
+            log = item.cause.undo(log)
         out.append(log.samples)
     return out
 
@@ -496,7 +498,7 @@ def _suspected(adopted: Adopted, contacts: Sequence[Contact], least: float) -> l
     refused = (w for w in adopted.weighed if not w.adopted)
     doubted = [w for w in refused if w.fell >= least and w.remaining < 1]
     others = (c for c in adopted.result.held_contacts if c not in contacts)
-    doubted += [Weighed(c, c.worth, adopted=False) for c in others]
+    doubted += [Weighed(c, c.worth, reason="no other motion confirms it") for c in others]
     out: list[Weighed] = []
     taken: set[int | None] = set()
     for w in sorted(doubted, key=lambda w: -w.fell):
@@ -550,7 +552,7 @@ def _recorder_is_chief(adopted: Adopted, clipped: Sequence[float]) -> bool:
     ]
     if not faults and not clipped:
         return False
-    sets: tuple[Sequence[Item], ...] = (
+    sets: tuple[Sequence[Judged], ...] = (
         [],
         [x for x in result.items if x not in faults],
         result.items,

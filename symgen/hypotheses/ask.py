@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,16 +10,17 @@ import numpy as np
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.torque_error import relative_error
 from symgen.estimation.values import Reason
+from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.confirm import Weighed, confirm
-from symgen.hypotheses.effects import Candidate
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import TIME
 from symgen.hypotheses.priors import PHYSICS, prior_of
 from symgen.hypotheses.problem import Stage, make_problem
-from symgen.hypotheses.registry import Changed, Item, SearchResult, make_registry
+from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.search import search
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, SHOWN
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 #: Largest number of hypotheses that `identify` adds; `diagnose` has no limit.
@@ -72,28 +72,18 @@ def ask(
     if (stage.lost < least).all():
         return Answer(largest_fold_error=error)
     result = search(problem, make_registry(problem), least, STEPS, progress)
-    _, weighed = confirm(result, least)
-    shown, suspected, delays = [], [], []
-    # Contacts in validation logs stay in: masking them could hide what the model lacks.
-    names = {log.name for log in train}
-    touched = [w.item for w in weighed if w.adopted and isinstance(w.item, Contact)]
-    contacts = [c for c in touched if c.span.log in names]
+    kept, weighed = confirm(result, least)
+    delays = tuple(c for c in kept.changes if c.cause.delay)
+    undone = (*delays, *kept.contacts)
+    shown, suspected = list[Reason](), list[Reason]()
     for w in weighed:
-        if w.item in contacts:
+        if w.item in undone:
             continue
-        if isinstance(w.item, Changed) and w.adopted and w.item.change.delay:
-            delays.append(w.item)
-            continue
-        reason = reason_of(w, result)
         row = w.item.definition
         # A log in which the robot changes belongs to no single state of the robot.
         fault = prior_of(row).side != PHYSICS or row.pattern == TIME
-        if w.shown and fault and w.item not in touched:
-            shown.append(reason)
-        else:
-            suspected.append(reason)
-    about = tuple(shown), tuple(suspected), tuple(delays), tuple(contacts)
-    return Answer(*about, error, result)
+        (shown if w.shown and fault else suspected).append(reason_of(w, problem.robot))
+    return Answer(tuple(shown), tuple(suspected), delays, kept.contacts, error, result)
 
 
 def _largest_fold_error(stage: Stage) -> float:
@@ -105,42 +95,11 @@ def _largest_fold_error(stage: Stage) -> float:
     return max(relative_error(part, size, sigma).relative for part in error.T)
 
 
-def reason_of(w: Weighed, result: SearchResult) -> Reason:
+def reason_of(w: Weighed, robot: Robot) -> Reason:
     """Return a reason that names a hypothesis, its joints, its size and the advice."""
-    robot, item = result.declared.robot, w.item
-    row, joints = item.definition, item.joints
-    labels = robot.listed(list(joints)) if joints else "the whole arm"
-    where = f"{_channels(item)}{row.name.replace('_', ' ')} on {labels}{_size(item)}"
+    item, row = w.item, w.item.definition
     advice = prior_of(row).advice
     ending = f"; {advice}" if advice else ""
-    numbers = tuple(robot.movable[j].number for j in joints)
-    return Reason(row.name, numbers, w.remaining, SHOWN, f"{where}: {row.says}{ending}")
-
-
-def _channels(item: Item) -> str:
-    """Return the channels of a change, as "tau2: "; "" for other items."""
-    if not isinstance(item, Changed) or not item.change.channels:
-        return ""
-    keys = item.change.channels.split(", ")
-    joints = item.change.joints
-    if not joints or keys == ["t"]:
-        return f"{item.change.channels}: "
-    named = [f"{key}{j + 1}" for j in joints for key in keys]
-    return f"{', '.join(named)}: "
-
-
-def _size(item: Item) -> str:
-    """Return the size of an item, as ", DT = 0.012 s"."""
-    if isinstance(item, Changed):
-        pairs = [(n, x, unit) for n, (x, unit) in item.change.constants.items()]
-    elif isinstance(item, Contact):
-        span = item.span
-        return f" in {span.log}, {span.start:.3g} to {span.end:.3g} s"
-    else:
-        pairs = _constants(item.candidate)
-    return "".join(f", {name} = {x:.3g} {unit}".rstrip() for name, x, unit in pairs)
-
-
-def _constants(c: Candidate) -> list[tuple[str, float, str]]:
-    d = c.definition
-    return [(name, x, d.unit_of(name, 0)) for name, x in c.constants.items() if not math.isnan(x)]
+    text = f"{item.cause.in_words(robot)}: {row.says}{ending}"
+    numbers = tuple(robot.numbers[j] for j in item.joints)
+    return Reason(row.name, numbers, w.remaining, SHOWN, text)

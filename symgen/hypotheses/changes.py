@@ -10,15 +10,16 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import backwards, earlier, rearranged, sharpened
+from symgen.hypotheses.judged import Hypothesis, Judged, Size
 from symgen.hypotheses.score import Key
-from symgen.robot.effect import Definition, definitions
+from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.variation import variation
 
@@ -40,39 +41,38 @@ _RATIOS = tuple(r**s for s in (1, -1) for r in (1.25, 1.5, 2.0, 3.0, 5.0, 100.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
+class Change(Hypothesis):
     """A fault of the channels of all logs, and how to undo it.
 
     Attributes:
-        definition: its row of the library.
-        joints: positions; empty for all.
         factors: the wrong channels, each with the factor that corrects it.
-        constants: name, value and unit of its size.
+        sizes: its size.
         among: positions of the joints that change if `joints` is empty; empty for all.
         order: (n,) correct column of each joint in these channels; empty to keep the order.
         delay: s by which the torques are late.
         lag: s, time constant of a first-order filter of the torques.
         turns: whether the samples are in reversed order.
         gravity: corrected gravity in frame 0, m/s2; None for that of the file.
-        std: standard deviations of constants by name, where they are known.
     """
 
-    definition: Definition
-    joints: tuple[int, ...]
     factors: Mapping[str, float]
-    constants: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    sizes: Sequence[Size] = ()
     among: tuple[int, ...] = ()
     order: tuple[int, ...] = ()
     delay: float = 0.0
     lag: float = 0.0
     turns: bool = False
     gravity: tuple[float, ...] | None = None
-    std: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def key(self) -> Key:
         """Name and joints, without the size."""
-        return self.definition.name if self.gravity is None else TILT, self.joints
+        return self.name if self.gravity is None else TILT, self.joints
+
+    def expression(self, robot: Robot) -> str:
+        """Return what it does to the channels, or to the robot file."""
+        where = ", ".join(self.factors) or "robot file"
+        return f"{super().expression(robot)} ({where})"
 
     @property
     def channels(self) -> str:
@@ -83,6 +83,13 @@ class Change:
     def scale(self) -> float:
         """Ratio of the recorded torque of its joints to the corrected one."""
         return 1 / abs(self.factors.get("tau", 1.0))
+
+    def in_words(self, robot: Robot) -> str:
+        """Return its channels, its name, its joints and its size."""
+        channels = [f"{key}{j + 1}" for j in self.joints for key in self.factors]
+        listed = ", ".join(channels or self.factors)
+        text = super().in_words(robot)
+        return f"{listed}: {text}" if listed else text
 
     def undo(self, log: FilteredLog) -> FilteredLog:
         """Return a log with the change undone."""
@@ -124,6 +131,13 @@ class Change:
         return list(self.joints or self.among or range(n))
 
 
+@dataclass(frozen=True, eq=False)
+class Changed(Judged):
+    """A change of all logs and its score; `cause` is the change to undo."""
+
+    cause: Change
+
+
 def torque_changes(robot: Robot, work: FloatArray) -> Iterator[list[Change]]:
     """Yield the hypotheses that share the regressor of the logs, each with its grid.
 
@@ -162,7 +176,7 @@ def motion_changes(robot: Robot, loud: frozenset[int]) -> Iterator[list[Change]]
         yield from _orders(robot, keys, [j for j in driven if j in loud])
     turning = tuple(j for j, joint in enumerate(robot.movable) if joint.turns)
     degrees = dict.fromkeys(MOTION, _DEGREES)
-    size = {"factor": (1 / _DEGREES, "")}
+    size = (Size("factor", 1 / _DEGREES, ""),)
     if len(turning) > 1:
         yield [Change(rows["wrong_unit"], (), degrees, size, turning)]
     for j in turning:
@@ -173,7 +187,7 @@ def motion_changes(robot: Robot, loud: frozenset[int]) -> Iterator[list[Change]]
     for some in _sets(driven):
         if loud.issuperset(some[1:]):
             yield [
-                Change(rows["wrong_unit"], some, {"tau": 1 / f}, {"factor": (f, "")})
+                Change(rows["wrong_unit"], some, {"tau": 1 / f}, (Size("factor", f, ""),))
                 for f in _UNITS
             ]
     yield from gravities(robot)
@@ -193,7 +207,9 @@ def gravities(robot: Robot) -> Iterator[list[Change]]:
         yield [another_gravity(robot, g) for g in grid[far]]
 
 
-def another_gravity(robot: Robot, gravity: FloatArray, std: Iterable[float] = ()) -> Change:
+def another_gravity(
+    robot: Robot, gravity: FloatArray, std: Iterable[float] = (math.nan,) * 3
+) -> Change:
     """Return the change of the gravity of the file to another one, along an axis or by a tilt.
 
     Its constants are the components of gravity and, for a tilt, the rotation vector T of the base:
@@ -202,20 +218,19 @@ def another_gravity(robot: Robot, gravity: FloatArray, std: Iterable[float] = ()
     Args:
         robot: the robot with the gravity of its file.
         gravity: (3,) in frame 0, m/s2.
-        std: standard deviations of its components; empty if they are unknown.
+        std: standard deviations of its components.
     """
     from scipy.spatial.transform import Rotation
 
     declared, name = variation(robot).gravity, "gravity_direction"
     after = np.round(gravity, 5) + 0.0  # without -0.0
-    constants = {f"g{axis}": (x, "m/s2") for axis, x in zip("xyz", after.tolist(), strict=True)}
-    deviations = dict(zip(constants, std, strict=False))
+    axes = zip("xyz", after.tolist(), std, strict=True)
+    sizes = [Size(f"g{axis}", x, "m/s2", deviation) for axis, x, deviation in axes]
     if declared.any() and np.count_nonzero(after) > 1:
         name = TILT
         turn = Rotation.align_vectors(declared, after)[0].as_rotvec().round(6).tolist()
-        constants |= {f"T{axis}": (x, "rad") for axis, x in zip("XYZ", turn, strict=True) if x}
-    towards = tuple(after.tolist())
-    return Change(definitions()[name], (), {}, constants, gravity=towards, std=deviations)
+        sizes += [Size(f"T{axis}", x, "rad") for axis, x in zip("XYZ", turn, strict=True) if x]
+    return Change(definitions()[name], (), {}, sizes, gravity=tuple(after.tolist()))
 
 
 def _driven(robot: Robot) -> list[int]:
@@ -257,17 +272,17 @@ def _alphabetical(robot: Robot) -> tuple[int, ...]:
 
 def late(joints: tuple[int, ...], delay: float) -> Change:
     """Return a delay of the torques of some joints, in s; an empty `joints` means all."""
-    size = {"DT": (delay, "s")}
+    size = (Size("DT", delay, "s"),)
     return Change(definitions()["time_delay"], joints, {"tau": 1.0}, size, delay=delay)
 
 
 def slow(joints: tuple[int, ...], lag: float) -> Change:
     """Return a first-order filter of the torques, time constant `lag` s; empty `joints`: all."""
-    size = {"TF": (lag, "s")}
+    size = (Size("TF", lag, "s"),)
     return Change(definitions()["torque_filter"], joints, {"tau": 1.0}, size, lag=lag)
 
 
 def geared_by(j: int, ratio: float) -> Change:
     """Return the change that multiplies the motion of a joint by `ratio`, its torque by 1/ratio."""
     factors = {"q": ratio, "qd": ratio, "tau": 1 / ratio}
-    return Change(definitions()["gear_ratio"], (j,), factors, {"ratio": (ratio, "")})
+    return Change(definitions()["gear_ratio"], (j,), factors, (Size("ratio", ratio, ""),))

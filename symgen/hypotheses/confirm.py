@@ -19,12 +19,14 @@ import numpy as np
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.torque_error import percent, relative_error
 from symgen.estimation.values import FloatArray
+from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.effects import LogColumns, Score
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import following, held_squares
+from symgen.hypotheses.judged import Judged
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import settled_constants
-from symgen.hypotheses.registry import Changed, Item, SearchResult, leave_out
+from symgen.hypotheses.registry import SearchResult, leave_out
 from symgen.hypotheses.score import TINY, repeats_motion
 from symgen.policy import LEAST, ROUNDING, SHOWN
 
@@ -39,15 +41,18 @@ class Weighed:
         item: the hypothesis.
         fell: part of a joint's torque that it explains, less the largest rise of an error.
         remaining: remaining part of its joint's error above the noise floor.
-        adopted: whether it corrects the model or the logs.
         reason: why it is not adopted, or "".
     """
 
-    item: Item
+    item: Judged
     fell: float = 0.0
     remaining: float = 1.0
-    adopted: bool = True
     reason: str = ""
+
+    @property
+    def adopted(self) -> bool:
+        """Whether it corrects the model or the logs."""
+        return not self.reason
 
     @property
     def shown(self) -> bool:
@@ -67,13 +72,13 @@ def confirm(result: SearchResult, least: float = LEAST) -> tuple[SearchResult, t
     Returns:
         The result with the adopted hypotheses, and the grade of every accepted hypothesis.
     """
-    items: Sequence[Item] = result.items
+    items: Sequence[Judged] = result.items
     if not items:
         return result, ()
     out: list[Weighed] = []
     if repeats_motion(result.declared.logs, result.declared.held):
-        free = [x for x in items if _needs_none(x)]
-        out = [Weighed(x, adopted=False, reason=REPEATED) for x in items if x not in free]
+        free = [x for x in items if x.cause.measured]
+        out = [Weighed(x, reason=REPEATED) for x in items if x not in free]
         items = free
     while items:
         weighed = _weigh(result, items, least)
@@ -84,7 +89,7 @@ def confirm(result: SearchResult, least: float = LEAST) -> tuple[SearchResult, t
         for weakest in _weakest_of_joints(failing):
             kept = leave_out(items, weakest.item)
             dropped = [w for w in weighed if w.item in items and w.item not in kept]
-            out += [replace(w, adopted=False, reason=w.reason or weakest.reason) for w in dropped]
+            out += [replace(w, reason=w.reason or weakest.reason) for w in dropped]
             items = kept
     return restricted(result, items), tuple(out)
 
@@ -105,7 +110,7 @@ def _weakest_of_joints(failing: Sequence[Weighed]) -> list[Weighed]:
     return out
 
 
-def restricted(result: SearchResult, items: Sequence[Item]) -> SearchResult:
+def restricted(result: SearchResult, items: Sequence[Judged]) -> SearchResult:
     """Return the result of a search with some of its items, and with constants fitted again."""
     part = result.with_items(items)
     effects, _ = settled(part.problem, part.effects)
@@ -123,43 +128,33 @@ def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ..
     return tuple(settled_constants(problem, effects, log_columns)), log_columns
 
 
-def _needs_none(item: Item) -> bool:
-    """Whether no other motion can contradict an item: a contact, or a separate measurement."""
-    if isinstance(item, Contact):
-        return True
-    return isinstance(item, Score) and item.candidate.measured
-
-
-def _weigh(result: SearchResult, items: Sequence[Item], least: float) -> list[Weighed]:
+def _weigh(result: SearchResult, items: Sequence[Judged], least: float) -> list[Weighed]:
     """Grade each item by the validation error with it and without it."""
     squares, size = held_squares(result, items)
-    floor = _floor(result)
+    sigma, floor = result.problem.robot.sigma, _floor(result)
+    after = relative_error(squares, size, sigma)
+    now = np.array(after.per_joint)
     out = []
     for item in items:
-        if isinstance(item, Contact):
-            out.append(_on_training(item))
-            continue
         without, size_without = held_squares(result, leave_out(items, item))
-        if np.array_equal(without, squares):
-            out.append(_on_training(item))
+        if isinstance(item, Contact) or np.array_equal(without, squares):
+            # It changes the training logs alone: the held-out score of the search decides.
+            share = max(1.0 - item.gain, 0.0)
+            out.append(Weighed(item, item.worth, float(np.sqrt(share))))
             continue
-        after, before = (
-            relative_error(*sums, result.problem.robot.sigma)
-            for sums in ((squares, size), (without, size_without))
-        )
-        now, was = np.array(after.per_joint), np.array(before.per_joint)
+        before = relative_error(without, size_without, sigma)
+        was = np.array(before.per_joint)
         rise = now - was
         more = (1 - ROUNDING) * was**2 - now**2
         fall = np.sqrt(np.maximum(more, 0.0))  # explained part of the torque
         # A wrong channel of one joint spoils the fit of others.
         places = () if isinstance(item, Changed) else item.joints
-        fell, joints = float(fall.max()), list(places) or range(len(fall))
-        j = max(joints, key=lambda j: fall[j])  # the joint whose cause it may be
+        j = max(places or range(len(fall)), key=lambda j: fall[j])  # whose cause it may be
         noise = floor[j] if floor[j] < was[j] ** 2 else 0.0
         above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - noise, 0.0))
         remaining = float(above[0] / max(above[1], TINY))
-        reason = ""
-        if _needs_none(item):
+        fell, reason = float(fall.max()), ""
+        if item.cause.measured:
             pass
         elif fell < least:
             reason = (
@@ -172,13 +167,8 @@ def _weigh(result: SearchResult, items: Sequence[Item], least: float) -> list[We
                 "on the validation data it raises a torque error from "
                 f"{percent(was[k])} to {percent(now[k])}"
             )
-        out.append(Weighed(item, fell - max(float(rise.max()), 0.0), remaining, not reason, reason))
+        out.append(Weighed(item, fell - max(float(rise.max()), 0.0), remaining, reason))
     return out
-
-
-def _on_training(item: Item) -> Weighed:
-    """Adopt an item that changes the training logs alone, by the held-out score of the search."""
-    return Weighed(item, item.worth, float(np.sqrt(max(1.0 - item.gain, 0.0))))
 
 
 def _floor(result: SearchResult) -> FloatArray:

@@ -21,6 +21,7 @@ from symgen.errors import RobotError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.logs import LATE
 from symgen.estimation.values import FloatArray
+from symgen.hypotheses.judged import Hypothesis, Judged, Size
 from symgen.hypotheses.priors import START, prior_of, sought_definition, sought_searches
 from symgen.hypotheses.score import Columns, Key
 from symgen.parallel import in_order, thread_count
@@ -88,34 +89,28 @@ Torque = Callable[[FilteredLog, Torques, Constants], Columns]
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class Candidate(Hypothesis):
     """One effect on certain joints with certain constants.
 
     Attributes:
-        definition: its row of the library or of the robot file, or an unnamed expression.
-        joints: indices of the movable joints; empty for an effect on all joints.
         torque: function that returns the columns.
         size: number of coefficients.
         constants: value of each searched constant.
         uses_model: whether the columns contain the model's torque.
         analytic: whether the columns are smooth functions of the motion, without sign(qd).
         coefficients: name and unit of the coefficients; empty for those of the library.
-        change: whether it changes a declared parameter, which may then have either sign.
-        measured: whether a separate measurement in the logs shows the effect.
+        alters: whether it changes a declared parameter, which may then have either sign.
         first_order: whether its column is the first-order approximation of a change of the logs.
         scales: expected size of each coefficient in its unit; None to use the expected torque.
     """
 
-    definition: Definition
-    joints: tuple[int, ...]
     torque: Torque
     size: int
     constants: Constants = field(default_factory=dict)
     uses_model: bool = False
     analytic: bool = False
     coefficients: tuple[tuple[str, str], ...] = ()
-    change: bool = False
-    measured: bool = False
+    alters: bool = False
     scales: tuple[float, ...] | None = None
     first_order: bool = False
 
@@ -149,19 +144,15 @@ class Candidate:
         return replace(self, torque=torque)
 
     @property
-    def name(self) -> str:
-        """Name of the effect."""
-        return self.definition.name
-
-    @property
     def key(self) -> Key:
         """Name and joints, without the constants; "NAME begins" if it begins within a log."""
         return f"{self.name} begins" if START in self.constants else self.name, self.joints
 
-    def presumes(self, other: Candidate) -> bool:
-        """Whether it requires another effect, for example Coulomb friction on the same joint."""
-        word = prior_of(self.definition).presumes
-        return bool(word) and word == other.definition.native and self.joints == other.joints
+    @property
+    def sizes(self) -> Sequence[Size]:
+        """Its constants, in the units of a revolute joint."""
+        unit_of = self.definition.unit_of
+        return [Size(name, x, unit_of(name, names.REVOLUTE)) for name, x in self.constants.items()]
 
     def columns(self, log: FilteredLog, torques: Torques) -> Columns:
         """Return the columns (N, m) at the rate of the log."""
@@ -235,52 +226,27 @@ def _stride(log: FilteredLog, measured: bool, analytic: bool) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class Score:
+class Score(Judged):
     """The score of an effect in a model with other effects.
 
     Attributes:
-        candidate: the effect with its constants.
+        cause: the effect with its constants.
         columns: columns by joint, in the band at the kept samples.
-        odds: log-odds that the effect is present, marginalised over the grid of constants.
         cost: log-odds of the best constants minus `odds`.
-        worth: square root of the reduction of the squared error, as a part of a joint's torque.
-        gain: share of the held-out sum of squares of its joints that it explains.
-        torque: RMS of its torque on its joints, N m or N.
         probability: probability that the effect, or one of its class, is present.
-        alike: alternative effects with almost the same torque, each with a probability.
         fault: reason why it is not accepted, or "".
     """
 
-    candidate: Candidate
-    columns: Columns
-    odds: float = 0.0
+    cause: Candidate
+    columns: Columns = field(default_factory=dict)
     cost: float = 0.0
-    worth: float = 0.0
-    gain: float = 0.0
-    torque: float = 0.0
     probability: float = 1.0
-    alike: tuple[Score, ...] = ()
     fault: str = ""
-
-    @property
-    def definition(self) -> Definition:
-        """Its row of the library, or of the robot file."""
-        return self.candidate.definition
-
-    @property
-    def joints(self) -> tuple[int, ...]:
-        """Positions of its joints; empty for all."""
-        return self.candidate.joints
-
-    @property
-    def key(self) -> Key:
-        """Name and joints, without the constants."""
-        return self.candidate.key
 
 
 def total_odds(score: Score, scores: Iterable[Score]) -> float:
     """Return the log-odds of an effect plus those of the effects that require it."""
-    return score.odds + sum(s.odds for s in scores if s.candidate.presumes(score.candidate))
+    return score.odds + sum(s.odds for s in scores if s.cause.presumes(score.cause))
 
 
 def candidates(robot: Robot, logs: Logs, *, fixed: bool = False) -> Iterator[Candidate]:
@@ -317,7 +283,7 @@ def _of_library(
     plain = _on_joint(robot, definition, position)
     if (changes or not declared) and (definition.name, joint.number) not in sought:
         for constants in constant_grid(robot, definition.nonlinear, logs, position):
-            yield replace(plain, constants=constants, change=declared)
+            yield replace(plain, constants=constants, alters=declared)
     yield from begun(plain, logs)
 
 

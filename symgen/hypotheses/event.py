@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import left_out
-from symgen.hypotheses.priors import priors
+from symgen.hypotheses.judged import Hypothesis, Judged, Size
+from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.score import (
     FREEDOM,
     TEMPERATURE,
@@ -36,7 +37,8 @@ from symgen.hypotheses.score import (
     worth_and_gain,
 )
 from symgen.policy import MISFIT
-from symgen.robot.effect import Definition, definitions
+from symgen.robot.effect import definitions
+from symgen.robot.types import Robot
 
 NAME = "external_contact"
 #: Longest contact as a part of its log; ratio of successive lengths; number of starts per length.
@@ -45,7 +47,7 @@ _RANGE = 2 * math.log(1 / MISFIT)  # width of the prior of the log variance of a
 
 
 @dataclass(frozen=True, eq=False)
-class Span:
+class Span(Hypothesis):
     """A span of a log in which some joints have a separate error variance.
 
     Attributes:
@@ -53,7 +55,6 @@ class Span:
         start, end: s, on the clock of the log, without half of the low-pass response at each end.
         first, last: samples of its first and last row. They contain the contact with a margin,
             because equations in another band reach other rows.
-        joints: their positions.
         rows: (K, n) rows of all logs that it contains.
         price: penalty for the spans and sets of joints that are tried, nats.
     """
@@ -63,9 +64,27 @@ class Span:
     end: float
     first: int
     last: int
-    joints: tuple[int, ...]
     rows: NDArray[np.bool_]
     price: float
+
+    @property
+    def key(self) -> Key:
+        """Name and log, first and last sample."""
+        return f"{NAME} in {self.log}", (self.first, self.last)
+
+    @property
+    def extent(self) -> str:
+        """Its log and its time."""
+        return f" in {self.log}, {self.start:.3g} to {self.end:.3g} s"
+
+    @property
+    def sizes(self) -> Sequence[Size]:
+        """Its time."""
+        return Size("start", self.start, "s"), Size("length", self.end - self.start, "s")
+
+    def expression(self, robot: Robot) -> str:
+        """Return what it is, and its log."""
+        return f"{super().expression(robot)}, in {self.log}"
 
     def fit(self, score: PredictiveScore) -> tuple[float, ScoreFit]:
         """Return the log-likelihood ratio of the span, less its price, and the fit without it."""
@@ -84,37 +103,10 @@ class Span:
 
 
 @dataclass(frozen=True, eq=False)
-class Contact:
-    """A contact and its score.
+class Contact(Judged):
+    """A contact and its score; `cause` has its rows, and `torque` is over all rows."""
 
-    Attributes:
-        span: its rows.
-        odds: log-odds that it is present.
-        worth: square root of the reduction of the squared error, as a part of a joint's torque.
-        gain: share of the held-out sum of squares of its joints that it explains.
-        torque: RMS of its torque on its joints, over all rows, N m or N.
-    """
-
-    span: Span
-    odds: float
-    worth: float
-    gain: float
-    torque: float
-
-    @property
-    def joints(self) -> tuple[int, ...]:
-        """Positions of its joints."""
-        return self.span.joints
-
-    @property
-    def key(self) -> Key:
-        """Name and log, first and last sample."""
-        return f"{NAME} in {self.span.log}", (self.span.first, self.span.last)
-
-    @property
-    def definition(self) -> Definition:
-        """Its row of the library."""
-        return definitions()[NAME]
+    cause: Span
 
 
 def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Contact:
@@ -129,7 +121,7 @@ def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Cont
     was, joints = score.alone.variance, list(span.joints)
     now = was.copy()
     now[joints] = np.minimum(was, fit.variance)[joints]
-    odds = evidence + math.log(priors()[NAME].odds)
+    odds = evidence + math.log(prior_of(span.definition).odds)
     torque = float(np.sqrt(np.max(was - now)))
     return Contact(span, odds, *worth_and_gain(was, now, size, joints), torque)
 
@@ -200,7 +192,8 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
     first, last = int(log.kept[at - begin]), int(log.kept[at - begin + m - 1])
     half = log.t[[first + log.reach // 2, last - log.reach // 2]]
     times = float(half[0]), float(half[1])
-    return Span(log.name, *times, first, last, tuple(map(int, joints)), contained, price)
+    place = definitions()[NAME], tuple(map(int, joints))
+    return Span(*place, log.name, *times, first, last, contained, price, measured=True)
 
 
 def _lengths(log: FilteredLog) -> Iterator[int]:

@@ -9,8 +9,9 @@ import numpy as np
 
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import Score
+from symgen.hypotheses.judged import Judged
 from symgen.hypotheses.problem import Problem
-from symgen.hypotheses.registry import Item, SearchResult
+from symgen.hypotheses.registry import SearchResult
 from symgen.hypotheses.score import TINY, dense
 
 #: Most rounds in which columns follow the model's torque; relative change of the parameters that
@@ -20,7 +21,7 @@ _ROUNDS, _SETTLED = 12, 1e-3
 TIME = "time"
 
 
-def held_squares(result: SearchResult, items: Sequence[Item]) -> tuple[FloatArray, FloatArray]:
+def held_squares(result: SearchResult, items: Sequence[Judged]) -> tuple[FloatArray, FloatArray]:
     """Return the sums of squares of the error and of the torque on the validation logs, (n,) each.
 
     Rows at rest do not count.
@@ -32,7 +33,7 @@ def held_squares(result: SearchResult, items: Sequence[Item]) -> tuple[FloatArra
     part = result.with_items(items)
     problem, effects = part.problem, following(part.problem, part.effects)
     stage, held = problem.stage(effects), problem.held_rows
-    columns = problem.make_columns(held.logs, stage.X).each(s.candidate for s in effects)
+    columns = problem.make_columns(held.logs, stage.X).each(s.cause for s in effects)
     W = np.concatenate([held.W, *(dense(c, held.y.shape) for c in columns)], axis=2)
     weight = held.moves**2
     measured = np.concatenate([log.unmasked.measured for log in held.logs])
@@ -49,7 +50,7 @@ def in_one_log(result: SearchResult) -> SearchResult:
     items = result.items
     least = held_squares(result, items)[0].sum()
     for item in fading:
-        here = replace(item, candidate=item.candidate.only_in(result.declared.logs))
+        here = replace(item, cause=item.cause.only_in(result.declared.logs))
         others = tuple(here if x is item else x for x in items)
         squares = held_squares(result, others)[0].sum()
         if squares < least:
@@ -64,11 +65,10 @@ def following(problem: Problem, effects: Sequence[Score]) -> Sequence[Score]:
     therefore nearer to the solution.
     """
     X = problem.stage(effects).X
-    for _ in range(_ROUNDS if any(s.candidate.uses_model for s in effects) else 0):
+    for _ in range(_ROUNDS if any(s.cause.uses_model for s in effects) else 0):
         columns_of = problem.make_columns(problem.logs, X)
         effects = [
-            replace(s, columns=columns_of(s.candidate)) if s.candidate.uses_model else s
-            for s in effects
+            replace(s, columns=columns_of(s.cause)) if s.cause.uses_model else s for s in effects
         ]
         next_X = problem.stage(effects).X
         if np.linalg.norm(next_X - X) < _SETTLED * np.linalg.norm(X):

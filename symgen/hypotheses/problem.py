@@ -114,8 +114,8 @@ class Problem:
         """Return the problem with the samples of contacts masked."""
         logs, held = self.logs, self.held
         for contact in contacts:
-            logs = tuple(map(contact.span.mask, logs))
-            held = tuple(map(contact.span.mask, held))
+            logs = tuple(map(contact.cause.mask, logs))
+            held = tuple(map(contact.cause.mask, held))
         if (logs, held) == (self.logs, self.held):
             return self
         return replace(self, base=self.base.without(logs), held=held)

@@ -26,7 +26,7 @@ def slopes(stage: Stage, log_columns: LogColumns) -> list[Columns]:
     out: list[Columns] = []
     at = 0
     for s in stage.effects:
-        c, coefficients = s.candidate, stage.coefficients[at : at + s.candidate.size]
+        c, coefficients = s.cause, stage.coefficients[at : at + s.cause.size]
         at += c.size
         if not c.smooth:
             continue
@@ -60,7 +60,7 @@ def settled_constants(
     """
     from scipy.optimize import least_squares
 
-    chosen = [s.candidate for s in accepted if s.candidate.smooth]
+    chosen = [s.cause for s in accepted if s.cause.smooth]
     start = [value for c in chosen for value in c.constants.values()]
     if not start:
         return accepted
@@ -116,12 +116,12 @@ def _moved(
     values = iter(constants)
     out = []
     for s in accepted:
-        if s.candidate.smooth:
-            new = {name: float(f"{next(values):.6g}") for name in s.candidate.constants}
-            candidate = s.candidate.moved(new)
+        if s.cause.smooth:
+            new = {name: float(f"{next(values):.6g}") for name in s.cause.constants}
+            candidate = s.cause.moved(new)
             columns = log_columns(candidate)
             if not all(np.isfinite(np.vdot(c, c)) for c in columns.values()):
                 raise np.linalg.LinAlgError
-            s = replace(s, candidate=candidate, columns=columns)
+            s = replace(s, cause=candidate, columns=columns)
         out.append(s)
     return out

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
 from symgen import names
-from symgen.hypotheses.changes import Change
+from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.effects import Candidate, Score, candidates
 from symgen.hypotheses.event import NAME as CONTACT
 from symgen.hypotheses.event import Contact
+from symgen.hypotheses.judged import Judged
 from symgen.hypotheses.model_based_effects import special_candidates
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.score import Key
 from symgen.hypotheses.stiffness import stiffnesses
 from symgen.hypotheses.terms import NAME as UNNAMED
-from symgen.robot.effect import Definition
 from symgen.robot.types import Robot
 
 
@@ -57,7 +56,7 @@ class Registry:
     @cached_property
     def friction(self) -> list[Candidate]:
         """Undeclared friction, which other effects may require."""
-        return [c for c in self.pool if c.definition.native in names.FRICTION and not c.change]
+        return [c for c in self.pool if c.definition.native in names.FRICTION and not c.alters]
 
 
 def _beyond(end: float, inner: float, *, by_ratio: bool) -> float:
@@ -88,43 +87,6 @@ def make_registry(
 
 
 @dataclass(frozen=True, eq=False)
-class Changed:
-    """A change of all logs and its score.
-
-    Attributes:
-        change: the change to undo.
-        odds: log-odds, marginalised over its grid.
-        worth: square root of the reduction of the squared error, as a part of a joint's torque.
-        gain: share of the held-out sum of squares that it explains.
-    """
-
-    change: Change
-    odds: float
-    worth: float
-    gain: float
-    torque = math.nan
-
-    @property
-    def definition(self) -> Definition:
-        """Its row of the library."""
-        return self.change.definition
-
-    @property
-    def joints(self) -> tuple[int, ...]:
-        """Positions of its joints; empty for all."""
-        return self.change.joints
-
-    @property
-    def key(self) -> Key:
-        """Name and joints."""
-        return self.change.key
-
-
-#: A hypothesis that a search may accept.
-Item = Score | Changed | Contact
-
-
-@dataclass(frozen=True, eq=False)
 class SearchResult:
     """The result of a search.
 
@@ -140,7 +102,7 @@ class SearchResult:
 
     declared: Problem
     problem: Problem
-    items: tuple[Item, ...] = ()
+    items: tuple[Judged, ...] = ()
     rejected: tuple[Score, ...] = ()
     tried: int = 0
     ranges: Mapping[Key, Mapping[str, tuple[float, float]]] = field(default_factory=dict)
@@ -170,33 +132,29 @@ class SearchResult:
         """Return the result with other effects."""
         return replace(self, items=(*self.changes, *self.contacts, *effects))
 
-    def with_items(self, items: Iterable[Item]) -> SearchResult:
+    def with_items(self, items: Iterable[Judged]) -> SearchResult:
         """Return the result with other items, and with logs that are corrected by them."""
         other = replace(self, items=tuple(items))
         if (other.changes, other.contacts) == (self.changes, self.contacts):
             return other
         problem = self.declared
         for c in other.changes:
-            problem = problem.changed(c.change)
+            problem = problem.changed(c.cause)
         problem = problem.without(other.contacts)
         return replace(other, problem=problem).with_effects(columns_in(problem, other.effects))
 
 
-Kind = TypeVar("Kind", bound=Item)
+Kind = TypeVar("Kind", bound=Judged)
 
 
-def leave_out(items: Iterable[Kind], item: Item) -> list[Kind]:
+def leave_out(items: Iterable[Kind], item: Judged) -> list[Kind]:
     """Return the items without one of them and without those that require it."""
-    rest = [x for x in items if x is not item]
-    if not isinstance(item, Score):
-        return rest
-    needed = item.candidate
-    return [x for x in rest if not (isinstance(x, Score) and x.candidate.presumes(needed))]
+    return [x for x in items if x is not item and not x.cause.presumes(item.cause)]
 
 
 def columns_in(problem: Problem, effects: Sequence[Score]) -> tuple[Score, ...]:
     """Return effects with their columns on the logs of a problem."""
     if not effects:
         return ()
-    columns = problem.stage().log_columns.each(s.candidate for s in effects)
+    columns = problem.stage().log_columns.each(s.cause for s in effects)
     return tuple(replace(s, columns=c) for s, c in zip(effects, columns, strict=True))

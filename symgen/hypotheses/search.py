@@ -22,21 +22,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.changes import TILT
+from symgen.hypotheses.changes import TILT, Changed
 from symgen.hypotheses.effects import Candidate, Score, total_odds
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
 from symgen.hypotheses.held import in_one_log
+from symgen.hypotheses.judged import Judged
 from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
-from symgen.hypotheses.registry import (
-    Changed,
-    Item,
-    Registry,
-    SearchResult,
-    columns_in,
-    leave_out,
-)
+from symgen.hypotheses.registry import Registry, SearchResult, columns_in, leave_out
 from symgen.hypotheses.rows import explained
 from symgen.hypotheses.score import (
     DIGITS,
@@ -92,7 +86,7 @@ def search(
         stage = result.problem.stage(result.effects)
         options = judge.options(stage)
         others = judge.others(stage, result)
-        every = sorted((*options, *others), key=_odds, reverse=True)
+        every: list[Judged] = sorted((*options, *others), key=_odds, reverse=True)
         probable = [o for o in every if o.odds > 0 and o.worth >= least]
         probable = judge.refined(stage, probable)
         nexts = (judge.pruned(judge.added(result, stage, o)) for o in probable)
@@ -105,8 +99,8 @@ def search(
         if tilt.definition.name == TILT:  # fit it again, on all logs and beside all effects
             rest = result.with_items(leave_out(result.items, tilt))
             stage = rest.problem.stage(rest.effects)
-            exact = exact_gravity(stage, np.array(tilt.change.gravity))
-            result = rest.with_items((replace(tilt, change=exact), *rest.items))
+            exact = exact_gravity(stage, np.array(tilt.cause.gravity))
+            result = rest.with_items((replace(tilt, cause=exact), *rest.items))
     result = in_one_log(result)
     if registry.contacts and result.problem.held:
         result = replace(result, held_contacts=tuple(_held_contacts(result, least)))
@@ -199,7 +193,7 @@ class _Judge:
         moved = self._moved[key] if doubted else ()
         yield from (c for c in (*torque_trials(stage), *moved) if c.key not in undone)
 
-    def refined(self, stage: Stage, probable: Sequence[Item]) -> list[Item]:
+    def refined(self, stage: Stage, probable: Sequence[Judged]) -> list[Judged]:
         """Return hypotheses in the order of their odds, and refine those near the best one.
 
         A grid may be too coarse for a sharp law. Hypotheses that are not certainly less probable
@@ -213,15 +207,15 @@ class _Judge:
         for o in probable:
             if o in near and isinstance(o, Score):
                 o = self._scored(stage, o)
-                if len(near) > 1 and o.candidate.smooth:
+                if len(near) > 1 and o.cause.smooth:
                     o = max(o, self._scored(stage, _refined(stage, o)), key=_odds)
             out.append(o)
         return sorted(out, key=_odds, reverse=True)
 
-    def added(self, result: SearchResult, stage: Stage, new: Item) -> SearchResult:
+    def added(self, result: SearchResult, stage: Stage, new: Judged) -> SearchResult:
         """Return the result with one more hypothesis."""
         if isinstance(new, Score):
-            exact = new.candidate.first_order
+            exact = new.cause.first_order
             new = exact_change(stage, new) if exact else _refined(stage, new)
         return result.with_items((*result.items, new))
 
@@ -244,7 +238,7 @@ class _Judge:
         for contact in result.contacts:
             rest = result.with_items(x for x in result.items if x is not contact)
             stage = rest.problem.stage(rest.effects)
-            again_contact = judged_contact(stage.score, contact.span, stage.problem.base.size)
+            again_contact = judged_contact(stage.score, contact.cause, stage.problem.base.size)
             if again_contact.odds <= 0 or again_contact.worth < self.least:
                 result = rest
         return result
@@ -389,15 +383,14 @@ class _Judge:
         worth, gain = worth_and_gain(alone.variance, fit.variance, base, joints)
         torque = float(np.max(fit.torque))
         fault = "" if fit is not alone else "its coefficient would have a sign that it cannot have"
-        return Score(
-            candidate, columns, evidence + prior, worth=worth, gain=gain, torque=torque, fault=fault
-        )
+        odds = evidence + prior
+        return Score(candidate, odds, worth, gain, torque, columns=columns, fault=fault)
 
     def _possible(
         self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit
     ) -> ScoreFit:
         """Return the fit with coefficients of a physically impossible sign set to 0."""
-        if candidate.definition.sign != "positive" or candidate.change:
+        if candidate.definition.sign != "positive" or candidate.alters:
             return fit
         kept, named = [*range(candidate.size)], len(candidate.definition.linear)
         while wrong := {
@@ -413,10 +406,10 @@ class _Judge:
     def _scored(self, stage: Stage, score: Score) -> Score:
         """Return an effect with its score in a stage; the cost of its grid stays."""
         columns = score.columns
-        if score.candidate.uses_model:
-            columns = stage.log_columns(score.candidate)
-        fit = stage.score.fit_with(columns, self._expected(stage, score.candidate, columns))
-        judged = self._judged(stage, score.candidate, columns, fit)
+        if score.cause.uses_model:
+            columns = stage.log_columns(score.cause)
+        fit = stage.score.fit_with(columns, self._expected(stage, score.cause, columns))
+        judged = self._judged(stage, score.cause, columns, fit)
         return replace(judged, odds=judged.odds - score.cost, cost=score.cost)
 
 
@@ -426,8 +419,8 @@ def _simplest(best: Score, same: Sequence[Score]) -> Score:
     A law that contains another one, as a polynomial contains a spring, predicts as well where its
     further coefficients are zero.
     """
-    equal = [s for s in same if s.odds > best.odds - SURE and s.candidate.name != UNNAMED]
-    return min([best, *equal], key=lambda s: s.candidate.degrees)
+    equal = [s for s in same if s.odds > best.odds - SURE and s.cause.name != UNNAMED]
+    return min([best, *equal], key=lambda s: s.cause.degrees)
 
 
 def _refined(stage: Stage, new: Score) -> Score:
@@ -436,7 +429,7 @@ def _refined(stage: Stage, new: Score) -> Score:
     return settled_constants(problem, [new], stage.log_columns)[0]
 
 
-def _odds(s: Item) -> float:
+def _odds(s: Judged) -> float:
     return round(s.odds, DIGITS)
 
 

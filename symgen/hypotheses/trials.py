@@ -23,6 +23,7 @@ from symgen.estimation.values import FloatArray
 from symgen.hypotheses.changes import (
     TILT,
     Change,
+    Changed,
     Torque,
     another_gravity,
     geared_by,
@@ -35,7 +36,6 @@ from symgen.hypotheses.changes import (
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
-from symgen.hypotheses.registry import Changed
 from symgen.hypotheses.rows import fitted
 from symgen.hypotheses.score import DIGITS, TEMPERATURE, ScoreFit, worth_and_gain
 from symgen.policy import SURE
@@ -83,9 +83,9 @@ def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
             except (IdentificationError, np.linalg.LinAlgError):
                 fits.append(alone.score.alone)
         best = _best_of(alone, grid, fits)
-        if any(best.change.gravity or ()):
+        if any(best.cause.gravity or ()):
             # The opposite gravity carries the same weight if all first moments change their sign.
-            nearest = np.array(best.change.gravity)
+            nearest = np.array(best.cause.gravity)
             both = [exact_gravity(alone, g) for g in (nearest, -nearest)]
             # A turned gravity must beat an axis by SURE, and by twice that if it points away from
             # the gravity of the file.
@@ -100,14 +100,14 @@ def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
 def exact_change(stage: Stage, new: Score) -> Changed:
     """Return the gear ratio or tilt whose first-order approximation is the column of an effect."""
     problem, size = stage.problem, 1.0
-    if new.candidate.name == TILT:
+    if new.cause.name == TILT:
         gravity = exact_gravity(stage, variation(problem.robot).gravity)
         return Changed(gravity, new.odds, new.worth, new.gain)
-    (j,) = new.candidate.joints
+    (j,) = new.cause.joints
     for _ in range(_ROUNDS):
         other = problem if size == 1.0 else problem.changed(geared_by(j, size))
         rows = other.stage()
-        fit = rows.score.fit_with(rows.log_columns(new.candidate))
+        fit = rows.score.fit_with(rows.log_columns(new.cause))
         size *= 1 + float(fit.coefficients[0])
     return Changed(geared_by(j, size), new.odds, new.worth, new.gain)
 
@@ -141,9 +141,9 @@ def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Chang
     """Return the most probable point of a grid of changes of the torques, refined."""
     fits = [_fit_of_torque(stage, c, torque) for c in grid]
     best = _best_of(stage, grid, fits)
-    if not (best.change.delay or best.change.lag) or best.odds <= 0:
+    if not (best.cause.delay or best.cause.lag) or best.odds <= 0:
         return best
-    change = _refined_change(stage, best.change)
+    change = _refined_change(stage, best.cause)
     fit = _fit_of_torque(stage, change, torque)
     again = _best_of(stage, [change], [fit])
     return again if again.odds > best.odds else best
@@ -206,5 +206,6 @@ def _refined_change(stage: Stage, change: Change) -> Change:
     curvature = (low + high - 2 * best.fun) / _APART**2
     if curvature <= 0:
         return changed(best.x)
-    ((name, (size, _)),) = changed(best.x).constants.items()
-    return replace(changed(best.x), std={name: abs(size) / math.sqrt(curvature)})
+    (size,) = changed(best.x).sizes
+    known = size._replace(std=abs(size.value) / math.sqrt(curvature))
+    return replace(changed(best.x), sizes=(known,))

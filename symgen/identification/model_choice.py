@@ -40,8 +40,9 @@ from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.logs import join_bands
 from symgen.faults.samples import unmended_faults
 from symgen.hypotheses.ask import ask
+from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.event import Contact
-from symgen.hypotheses.registry import Changed, SearchResult
+from symgen.hypotheses.registry import SearchResult
 from symgen.identification.estimate import Alternative
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import (
@@ -201,7 +202,7 @@ def _in_better_band(opened: OpenLogs, run: Run, cutoff: float | None) -> Run:
 def _without(run: Run, contacts: Sequence[Contact]) -> Run:
     """Return the run with the samples of contacts masked."""
     for contact in contacts:
-        span = contact.span
+        span = contact.cause
         where = run.evaluator.model.robot.listed(contact.joints)
         fault = Fault(
             span.log,
@@ -221,7 +222,7 @@ def _without(run: Run, contacts: Sequence[Contact]) -> Run:
 def _shifted(run: Run, delays: Sequence[Changed]) -> Run:
     """Return the run with the torques of some joints, or of all, shifted."""
     for item in delays:
-        change = item.change
+        change = item.cause
         train, held = (tuple(map(change.undo, group)) for group in (run.train, run.held))
         run = replace(
             run,
@@ -235,7 +236,7 @@ def _shifted(run: Run, delays: Sequence[Changed]) -> Run:
 
 def _shift(item: Changed, run: Run) -> Fault:
     """Return the repair of a delay of torques."""
-    change, robot = item.change, run.evaluator.model.robot
+    change, robot = item.cause, run.evaluator.model.robot
     word = "late" if change.delay > 0 else "early"
     joints = robot.listed(change.joints) if change.joints else "all joints"
     milliseconds = 1e3 * abs(change.delay)
@@ -245,7 +246,7 @@ def _shift(item: Changed, run: Run) -> Fault:
         f"the torques of {joints} are {milliseconds:.3g} ms {word} against the motion",
         samples=sum(len(log.t) for log in run.logs),
         done="shifted",
-        values=(("DT", change.delay, change.std.get("DT", math.nan)),),
+        values=(("DT", change.delay, change.sizes[0].std),),
         kind="delay",
         joints=change.joints,
         gap_reduction=item.gain,
