@@ -75,11 +75,6 @@ class Change(Hypothesis):
         return f"{super().expression(robot)} ({where})"
 
     @property
-    def channels(self) -> str:
-        """The wrong channels, as "tau" or "q, qd"."""
-        return ", ".join(self.factors)
-
-    @property
     def scale(self) -> float:
         """Ratio of the recorded torque of its joints to the corrected one."""
         return 1 / abs(self.factors.get("tau", 1.0))
@@ -229,7 +224,8 @@ def another_gravity(
     if declared.any() and np.count_nonzero(after) > 1:
         name = TILT
         turn = Rotation.align_vectors(declared, after)[0].as_rotvec().round(6).tolist()
-        sizes += [Size(f"T{axis}", x, "rad") for axis, x in zip("XYZ", turn, strict=True) if x]
+        turned = dict(zip(("TX", "TY", "TZ"), turn, strict=True))
+        sizes += [Size(axis, x, "rad") for axis, x in turned.items() if x]
     return Change(definitions()[name], (), {}, sizes, gravity=tuple(after.tolist()))
 
 

@@ -167,7 +167,8 @@ def _weigh(result: SearchResult, items: Sequence[Judged], least: float) -> list[
                 "on the validation data it raises a torque error from "
                 f"{percent(was[k])} to {percent(now[k])}"
             )
-        out.append(Weighed(item, fell - max(float(rise.max()), 0.0), remaining, reason))
+        rose = max(float(rise.max()), 0.0)
+        out.append(Weighed(item, fell - rose, remaining, reason))
     return out
 
 

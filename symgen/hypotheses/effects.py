@@ -246,7 +246,8 @@ class Score(Judged):
 
 def total_odds(score: Score, scores: Iterable[Score]) -> float:
     """Return the log-odds of an effect plus those of the effects that require it."""
-    return score.odds + sum(s.odds for s in scores if s.cause.presumes(score.cause))
+    requiring = [s for s in scores if s.cause.presumes(score.cause)]
+    return score.odds + sum(s.odds for s in requiring)
 
 
 def candidates(robot: Robot, logs: Logs, *, fixed: bool = False) -> Iterator[Candidate]:

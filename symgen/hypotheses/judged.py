@@ -55,13 +55,15 @@ class Hypothesis:
     @property
     def extent(self) -> str:
         """Its size as a text, such as ", DT = 0.012 s"."""
-        return "".join(f", {s.name} = {s.value:.3g} {s.unit}".rstrip() for s in self.sizes)
+        texts = [f", {s.name} = {s.value:.3g} {s.unit}" for s in self.sizes]
+        return "".join(text.rstrip() for text in texts)
 
     def place(self, robot: Robot) -> tuple[int | str, int]:
         """Return the joint number in its names, "" without joints, and sigma of its first joint."""
         if not self.joints:
             return "", names.REVOLUTE
-        return robot.numbers[self.joints[-1]], robot.sigma[self.joints[0]]
+        first, last = self.joints[0], self.joints[-1]
+        return robot.numbers[last], robot.sigma[first]
 
     def expression(self, robot: Robot) -> str:
         """Return its torque, or what it does to the logs."""
@@ -71,7 +73,8 @@ class Hypothesis:
     def presumes(self, other: Hypothesis) -> bool:
         """Whether it requires another one, for example Coulomb friction on the same joint."""
         word = prior_of(self.definition).presumes
-        return bool(word) and word == other.definition.native and self.joints == other.joints
+        native = bool(word) and word == other.definition.native
+        return native and self.joints == other.joints
 
     def in_words(self, robot: Robot) -> str:
         """Return its name, its joints and its size."""

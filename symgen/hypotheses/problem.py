@@ -21,7 +21,7 @@ from symgen.faults.undo import with_earlier_torques
 from symgen.hypotheses.changes import Change
 from symgen.hypotheses.effects import LogColumns, Score, Torques
 from symgen.hypotheses.event import Contact
-from symgen.hypotheses.rows import Rows, fitted, make_rows, model_torque, with_rests
+from symgen.hypotheses.rows import Rows, fitted, make_rows, model_torque
 from symgen.hypotheses.score import Key, PredictiveScore, motion_folds
 from symgen.policy import MISFIT
 from symgen.robot.expressions import exact
@@ -75,11 +75,6 @@ class Problem:
     def X(self) -> FloatArray:
         """(p,) parameters of the model, fixed or fitted to the training logs."""
         return self.base.X if self.known is None else self.known
-
-    @cached_property
-    def estimate(self) -> FloatArray:
-        """(p,) parameters, fixed or fitted with the weight of rests that `identify` uses."""
-        return with_rests(self.base).X if self.known is None else self.known
 
     @cached_property
     def held_rows(self) -> Rows:

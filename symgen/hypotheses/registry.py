@@ -149,7 +149,8 @@ Kind = TypeVar("Kind", bound=Judged)
 
 def leave_out(items: Iterable[Kind], item: Judged) -> list[Kind]:
     """Return the items without one of them and without those that require it."""
-    return [x for x in items if x is not item and not x.cause.presumes(item.cause)]
+    rest = [x for x in items if x is not item]
+    return [x for x in rest if not x.cause.presumes(item.cause)]
 
 
 def columns_in(problem: Problem, effects: Sequence[Score]) -> tuple[Score, ...]:

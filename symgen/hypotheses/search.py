@@ -165,12 +165,11 @@ class _Judge:
             judged = self._judged(stage, candidate, columns, fit)
             entries.setdefault(candidate.key, []).append(judged)
         out = []
-        for key, scores in entries.items():
+        for (name, _), scores in entries.items():
             odds = np.array([s.odds for s in scores])
             best = scores[int(np.argmax(odds.round(DIGITS)))]
-            count = len(scores)
-            if key[0] == UNNAMED and self._terms is not None:
-                count = self._terms.count
+            terms = self._terms if name == UNNAMED else None
+            count = len(scores) if terms is None else terms.count
             total = float(np.logaddexp.reduce(odds)) - np.log(count)
             out.append(replace(best, odds=total, cost=best.odds - total))
         return sorted(out, key=_odds, reverse=True)
@@ -184,14 +183,16 @@ class _Judge:
                 yield contact
         if not self.registry.changes or problem.is_fixed:
             return
-        undone = frozenset(c.key for c in result.changes)
-        loud = self._loud(stage)
+        loud, moved = self._loud(stage), list[Changed]()
         # Accepted hypotheses may already explain the error that a change of the motion explains.
-        doubted, key = bool(loud) or not result.items, (undone, bool(loud))
-        if doubted and key not in self._moved:
-            self._moved[key] = [*motion_trials(problem, loud)]
-        moved = self._moved[key] if doubted else ()
-        yield from (c for c in (*torque_trials(stage), *moved) if c.key not in undone)
+        if loud or not result.items:
+            key = problem.undone, bool(loud)
+            if key not in self._moved:
+                self._moved[key] = [*motion_trials(problem, loud)]
+            moved = self._moved[key]
+        for trial in (*torque_trials(stage), *moved):
+            if trial.key not in problem.undone:
+                yield trial
 
     def refined(self, stage: Stage, probable: Sequence[Judged]) -> list[Judged]:
         """Return hypotheses in the order of their odds, and refine those near the best one.
@@ -203,13 +204,13 @@ class _Judge:
             stage: the model and the accepted effects.
             probable: hypotheses that may be added, the most probable first.
         """
-        out, near = [], [o for o in probable if o.odds > probable[0].odds - SURE]
-        for o in probable:
-            if o in near and isinstance(o, Score):
-                o = self._scored(stage, o)
+        near = [o for o in probable if o.odds > probable[0].odds - SURE]
+        out = [*probable]
+        for k, o in enumerate(near):
+            if isinstance(o, Score):
+                out[k] = o = self._scored(stage, o)
                 if len(near) > 1 and o.cause.smooth:
-                    o = max(o, self._scored(stage, _refined(stage, o)), key=_odds)
-            out.append(o)
+                    out[k] = max(o, self._scored(stage, _refined(stage, o)), key=_odds)
         return sorted(out, key=_odds, reverse=True)
 
     def added(self, result: SearchResult, stage: Stage, new: Judged) -> SearchResult:
@@ -227,19 +228,22 @@ class _Judge:
         effects = list(result.effects)
         while effects:
             again = [self._scored(result.problem.stage(leave_out(effects, s)), s) for s in effects]
-            odds = [total_odds(s, again) for s in again]
-            failing = [k for k, s in enumerate(again) if odds[k] <= 0 or s.worth < self.least]
+            failing = []
+            for k, s in enumerate(again):
+                odds = total_odds(s, again)
+                if odds <= 0 or s.worth < self.least:
+                    failing.append((odds, s.worth, k))
             if not failing:
                 effects = again
                 break
-            weakest = min(failing, key=lambda k: (odds[k], again[k].worth))
+            *_, weakest = min(failing)
             effects = leave_out(effects, effects[weakest])
         result = result.with_effects(effects)
         for contact in result.contacts:
-            rest = result.with_items(x for x in result.items if x is not contact)
+            rest = result.with_items(leave_out(result.items, contact))
             stage = rest.problem.stage(rest.effects)
-            again_contact = judged_contact(stage.score, contact.cause, stage.problem.base.size)
-            if again_contact.odds <= 0 or again_contact.worth < self.least:
+            alone = judged_contact(stage.score, contact.cause, stage.problem.base.size)
+            if alone.odds <= 0 or alone.worth < self.least:
                 result = rest
         return result
 
@@ -269,28 +273,24 @@ class _Judge:
                 rivals = [(alike, again if s is first else s) for alike, s in rivals]
                 again = _refined(stage, first)
             odds = [total_odds(again, result.effects), *(s.odds for _, s in rivals), 0.0]
-            weight = softmax(odds)
-            same = weight[0]
+            same, *weights, _ = softmax(odds).tolist()
             alternatives = []
-            for w, (alike, s) in zip(weight[1:], rivals, strict=False):
-                same += w if alike > _SAME else 0.0
-                if w > _LISTED:
-                    alternatives.append(replace(s, probability=float(w)))
-            out.append(replace(again, probability=float(same), alike=tuple(alternatives)))
+            for weight, (alike, s) in zip(weights, rivals, strict=True):
+                same += weight * (alike > _SAME)
+                if weight > _LISTED:
+                    alternatives.append(replace(s, probability=weight))
+            out.append(replace(again, probability=same, alike=tuple(alternatives)))
         return out
 
     def reasoned(self, s: Score) -> Score:
         """Return a rejected effect with the reason."""
-        if s.fault:
-            return s
+        fault = f"it does not predict other motion better: log-odds {s.odds:.1f}"
         if s.worth < self.least:
             fault = (
                 f"it lowers the error on motion it was not fitted on by {100 * s.worth:.2f} % of "
                 f"the torque; what matters: {100 * self.least:.2g} %"
             )
-        else:
-            fault = f"it does not predict other motion better: log-odds {s.odds:.1f}"
-        return replace(s, fault=fault)
+        return replace(s, fault=s.fault or fault)
 
     def _loud(self, stage: Stage) -> frozenset[int]:
         """Return the joints whose error is large, or far above that of the quietest quarter."""

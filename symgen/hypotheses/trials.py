@@ -154,7 +154,7 @@ def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
     scale = np.ones(alone.problem.base.n)
     scale[list(change.joints)] = change.scale
     problem = alone.problem
-    if change.channels == "tau":  # the regressor stays
+    if [*change.factors] == ["tau"]:  # the regressor stays
         y = change.torque(problem.torque)
         problem = replace(problem, base=fitted(problem.logs, problem.base.W, y))
     else:

@@ -107,8 +107,8 @@ def test_noise_has_no_event_and_a_span_of_other_size_is_one(size: float) -> None
         assert found is None
     else:
         assert found is not None
-        assert (found.span.log, found.joints) == ("log2", (1,))
-        assert np.mean(found.span.rows[begin : begin + 20, 1]) > 0.8
+        assert (found.cause.log, found.joints) == ("log2", (1,))
+        assert np.mean(found.cause.rows[begin : begin + 20, 1]) > 0.8
 
 
 def test_folds_are_blocks_of_time_of_like_size_that_do_not_touch() -> None:
