@@ -65,10 +65,15 @@ class Adopted:
     last: Solved | None = None
 
     @property
+    def undeclared(self) -> tuple[Judged, ...]:
+        """What no robot file can hold."""
+        return tuple(x for x in self.result.items if x not in self.declared)
+
+    @property
     def undone(self) -> tuple[Changed, ...]:
         """Changes that no robot file can hold; without delays, which `identify` undoes."""
         changes = self.result.changes
-        return tuple(c for c in changes if not c.cause.delay and c not in self.declared)
+        return tuple(c for c in changes if c in self.undeclared and not c.cause.delay)
 
 
 def adopt(
@@ -100,23 +105,21 @@ def adopt(
             failing = {_weakest(adopted): reason}
         if not failing:
             return adopted
-        weighed = [
-            replace(w, reason=failing[w.item.key]) if w.item.key in failing else w for w in weighed
-        ]
+        weighed = [replace(w, reason=failing.get(w.item.key, w.reason)) for w in weighed]
         result = restricted(result, [x for x in result.items if x.key not in failing])
 
 
 def declare(result: SearchResult, weighed: Sequence[Weighed]) -> Adopted:
     """Write the accepted hypotheses into the robot, as far as its file can hold them."""
     together = fit_together(result)
-    result = result.with_effects(together.effects)
+    result = result.with_effects(together.values)
     robot, declared = result.problem.robot, list[Judged]()
     for item in result.changes:
         more = corrected(robot, item.cause)
         if more is not None:
             robot = more
             declared.append(item)
-    for score, found in zip(together.effects, together.values, strict=True):
+    for score, found in together.values.items():
         more = _with_effect(robot, result.problem, score.cause, found)
         if more is not None:
             robot = more
@@ -149,28 +152,27 @@ def _weakest(adopted: Adopted) -> object:
 def _failing(adopted: Adopted, first: Identified, least: float) -> dict[object, str]:
     """Return the hypotheses to drop, by key, each with the reason; empty if all hold."""
     assert adopted.last is not None
-    last, effects = adopted.last, adopted.result.effects
-    refits = _Refits.of(last)
+    refits = _Refits.of(adopted.last)
     declared = adopted.result.problem.evaluator.model
-    columns = {s.key: refits.columns(declared, s) for s in effects}
+    values = adopted.together.values
+    kept = {s: refits.columns(declared, s) for s in values}
+    without: list[int] = []
     out: dict[object, str] = {}
-    kept = list(effects)
     while kept:
-        tested = {}
-        without = [k for s in effects if s not in kept for k in columns[s.key]]
-        for score in kept:
-            found = adopted.together.of(score)
-            explained, reason = refits.test(score, columns[score.key], without, found, least)
+        failing = {}
+        for score, at in kept.items():
+            explained, reason = refits.test(score, at, without, values[score], least)
             ranges = adopted.result.ranges.get(score.key, {})
-            tested[score.key] = explained, reason or _out_of_range(score, found, ranges)
-        failing = {key: result for key, result in tested.items() if result[1]}
+            reason = reason or _out_of_range(score, values[score], ranges)
+            if reason:
+                failing[score] = explained, reason
         if not failing:
             break
-        key = min(failing, key=lambda key: failing[key][0])
-        out[key] = failing[key][1]
-        kept = [s for s in kept if s.key != key]
+        weakest = min(failing, key=lambda score: failing[score][0])
+        out[weakest.key] = failing[weakest][1]
+        without += kept.pop(weakest)
     if not out and adopted.result.items:
-        reason = _worse(first, last)
+        reason = _worse(first, adopted.last)
         if reason:
             out[_weakest(adopted)] = reason
     return out
@@ -266,22 +268,23 @@ class _Refits:
             found: its values as columns of the declared model.
             least: smallest torque that matters, as a part of a joint's torque.
         """
-        covariance = self.last.outcome.settled.solution.covariance
-        values, C = found.values, found.covariance
-        if at:
-            values, C = self.X[list(at)], covariance[np.ix_(at, at)]
-        reason = _wrong_sign(score, found) or _unknown(values, C)
+        wrong = _wrong_sign(score, found)
         if not at:
-            return score.worth, reason
+            return score.worth, wrong or _unknown(found.values, found.covariance)
+        covariance = self.last.outcome.settled.solution.covariance
+        values, C = self.X[list(at)], covariance[np.ix_(at, at)]
+        reason = wrong or _unknown(values, C)
         before, after = self.errors([*without, *at]), self.errors(without)
         explained = float(np.sqrt(np.maximum(before**2 - after**2, 0.0)).max())
         rise, fall = float((after - before).max()), float((before - after).max())
-        if not reason and explained < least:
+        if reason:
+            pass
+        elif explained < least:
             reason = (
                 f"identified with it, it explains {percent(explained)} of the torque of a joint on "
                 f"the validation data; what matters: {100 * least:.2g} %"
             )
-        if not reason and rise > RISE * fall:
+        elif rise > RISE * fall:
             reason = f"it raises the torque error of a joint by {percent(rise)}"
         return explained, reason
 
@@ -301,9 +304,7 @@ def _out_of_range(
     score: Score, found: Coefficients, ranges: Mapping[str, tuple[float, float]]
 ) -> str:
     """Return why a searched constant is not known within its range, or ""."""
-    for (name, value), std in zip(
-        score.candidate.constants.items(), found.constants_std, strict=True
-    ):
+    for (name, value), std in zip(score.cause.constants.items(), found.constants_std, strict=True):
         low, high = ranges.get(name, (-math.inf, math.inf))
         # The standard deviation is NaN if the logs do not determine the constants.
         reach = float(np.nan_to_num(std))

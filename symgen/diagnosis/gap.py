@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,46 +17,33 @@ from symgen.robot.effect import definitions
 ANY = "all"
 
 
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """Torque errors of a model on the validation logs.
-
-    Attributes:
-        all_samples: errors over all samples.
-        moving: errors of joints in motion.
-    """
-
-    all_samples: Gap
-    moving: Gap
-
-    @classmethod
-    def of(cls, torques: TorqueFit) -> Fitted:
-        """Return the errors of a torque fit."""
-        return cls(gap_of(torques.residual), gap_of(torques.in_motion.residual))
-
-
 def gap_of(residual: Residual) -> Gap:
     """Return a residual as a gap."""
     return Gap(residual.per_joint or (), residual.relative)
 
 
+def moving_gap(torques: TorqueFit) -> Gap:
+    """Return the gap of joints in motion."""
+    return gap_of(torques.in_motion.residual)
+
+
 def validation_curves(
-    logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]],
-    before: Sequence[FloatArray],
-    after: Sequence[FloatArray],
+    logs: Sequence[Sequence[FilteredLog]], torques: Sequence[Sequence[FloatArray]]
 ) -> tuple[Curves, ...]:
     """Return measured and modelled torques, (K, n) each, of each validation log.
 
     Args:
         logs: the validation logs as the declared model sees them, and as the extended one does.
-        before, after: torques of the declared and of the extended model along them.
+        torques: torques of the declared and of the extended model along them.
     """
     curves = []
-    for recorded, log, first, last in zip(*logs, before, after, strict=True):
-        measured = log.unmasked.measured
-        motion = log.t[log.kept], log.q[log.kept], log.qd[log.kept], log.qdd[log.kept]
-        residuals = _residual(recorded, first), _residual(log, last)
-        curves.append(Curves(log.name, *motion, measured, first, last, residuals))
+    for recorded, log, before, after in zip(*logs, *torques, strict=True):
+        motion = log.t, log.q, log.qd, log.qdd
+        t, q, qd, qdd = (x[log.kept] for x in motion)
+        residuals = _residual(recorded, before), _residual(log, after)
+        curves.append(
+            Curves(log.name, t, q, qd, qdd, log.unmasked.measured, before, after, residuals)
+        )
     return tuple(curves)
 
 
@@ -94,14 +80,16 @@ def places(
     for j in np.argsort(-excess):
         if excess[j] <= 0:
             break
-        number = robot.movable[j].number
+        number = robot.numbers[j]
         named = [e for e in effects if number in e.joints or not e.joints]
-        rows = [s.definition for s in result.rejected if j in s.joints and s.odds > 0]
+        probable = [s for s in result.rejected if s.odds > 0]
+        patterns = [s.definition.pattern for s in probable if j in s.joints]
         if named:
             main = max(named, key=lambda e: np.nan_to_num(e.gap_reduction))
-            rows = [d for d in definitions().values() if d.name == main.name]
-        pattern = rows[0].pattern if rows else ANY
+            patterns = [d.pattern for d in definitions().values() if d.name == main.name]
         spans = [c.cause for c in contacts if j in c.joints]
         window = (spans[0].start, spans[0].end) if spans else None
-        out.append(Place(number, float(excess[j] / excess.sum()), pattern, window))
+        share = float(excess[j] / excess.sum())
+        pattern, *_ = *patterns, ANY
+        out.append(Place(number, share, pattern, window))
     return tuple(out)

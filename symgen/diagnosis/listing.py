@@ -47,7 +47,7 @@ def list_effects(
             out.append(replace(found, declared=change in adopted.declared))
     for score in result.effects:
         declared = score in adopted.declared
-        value = adopted.together.of(score)
+        value = adopted.together.values[score]
         numbers = _parameters(robot, score, value, identified if declared else {})
         found = _found(robot, replace(grades[score.key], item=score), numbers)
         out.append(replace(found, declared=declared))
@@ -55,9 +55,9 @@ def list_effects(
         same = [c for c in contacts if c.joints == joints]
         largest = max(same, key=lambda contact: contact.gain)
         found = _found(robot, Weighed(largest, remaining=0.0), _sizes(robot, same))
-        first, *others = same
-        expression = ", ".join([first.cause.expression(robot), *(c.cause.log for c in others)])
-        out.append(replace(found, expression=expression))
+        first, *others = (c.cause for c in same)
+        places = first.expression(robot), *(span.log for span in others)
+        out.append(replace(found, expression=", ".join(places)))
     for w in suspected:
         numbers = () if isinstance(w.item, Score) else _sizes(robot, [w.item])
         out.append(_found(robot, w, numbers))
@@ -106,7 +106,9 @@ def _parameters(
 def _found(robot: Robot, w: Weighed, parameters: tuple[FoundParameter, ...]) -> FoundEffect:
     """Return a hypothesis with its grade and its parameters as an effect, not yet declared."""
     item, d = w.item, w.item.definition
-    alike = tuple(Alike(s.cause.name, joint_numbers(robot, s.joints)) for s in item.alike)
+    alike = []
+    for other in item.alike:
+        alike.append(Alike(other.cause.name, joint_numbers(robot, other.joints)))
     by_std = isinstance(item, Score)
     return FoundEffect(
         name=d.name,
@@ -115,7 +117,7 @@ def _found(robot: Robot, w: Weighed, parameters: tuple[FoundParameter, ...]) -> 
         expression=item.cause.expression(robot),
         p_value=_p_value(parameters) if by_std else math.exp(-max(item.odds, 0.0)),
         gap_reduction=min(item.gain, 1.0),
-        indistinguishable_from=alike,
+        indistinguishable_from=tuple(alike),
         separate=d.separate if alike else "",
         declared=False,
         probability=item.probability,
@@ -163,8 +165,7 @@ def robot_parameters(adopted: Adopted) -> tuple[FoundParameter, ...]:
 
 def _added(adopted: Adopted) -> Iterator[tuple[str, float]]:
     """Yield name and value of the coefficients of declared effects."""
-    for score in adopted.result.effects:
+    for score, found in adopted.together.values.items():
         if score in adopted.declared:
             named = coefficient_names(adopted.result.problem.robot, score.cause)
-            values = adopted.together.of(score).values.tolist()
-            yield from zip((name for name, _ in named), values, strict=False)
+            yield from zip((name for name, _ in named), found.values.tolist(), strict=False)

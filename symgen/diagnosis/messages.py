@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.estimation.torque_error import percent
-from symgen.estimation.values import FloatArray
-from symgen.hypotheses.priors import PHYSICS, priors
+from symgen.hypotheses.priors import PHYSICS, EffectPrior, priors
 from symgen.names import joints_in_words
 from symgen.policy import BEYOND
 from symgen.robot.effect import definitions
@@ -37,20 +36,17 @@ def placed(effect: FoundEffect, robot: Robot) -> str:
 
 def summary(diagnosis: Diagnosis) -> str:
     """Return the verdict in a few sentences."""
-    moving = diagnosis.gaps
-    before, after = percent(moving.before.total), percent(moving.after.total)
-    floor, remaining = moving.noise_floor.total, moving.after.total
-    bound = "at most " if floor > moving.before.total else ""
+    gaps = diagnosis.gaps
+    was, now, floor = gaps.before.total, gaps.after.total, gaps.noise_floor.total
+    before, after = percent(was), percent(now)
+    bound = "at most " if floor > was else ""
     noise = f"(noise floor: {bound}{percent(floor)})"
-    ratio = f", {remaining / floor:.2g} times the noise" if remaining > BEYOND * floor > 0 else ""
-    fell = remaining < moving.before.total
-    change = f"falls from {before} to {after}" if fell else f"is {after}"
+    ratio = f", {now / floor:.2g} times the noise" if now > BEYOND * floor > 0 else ""
+    change = f"falls from {before} to {after}" if now < was else f"is {after}"
     gap = f"The torque error {change}{ratio} {noise}."
     if diagnosis.corrected is not None:
-        undeclared = dict.fromkeys(
-            e.name for e in diagnosis.effects if e.adopted and not e.declared
-        )
-        gap += f" With {', '.join(undeclared)}, it is {percent(diagnosis.corrected.total)}."
+        with_all = percent(diagnosis.corrected.total)
+        gap += f" With {_undeclared(diagnosis)}, it is {with_all}."
     return {
         "consistent": "The model explains these logs, and no effect is adopted. The "
         f"torque error is {before} {noise}.",
@@ -65,7 +61,7 @@ def summary(diagnosis: Diagnosis) -> str:
 def _lacks(diagnosis: Diagnosis) -> str:
     """Return how many effects the model lacks, and how many keys of the file are wrong."""
     adopted = [e for e in diagnosis.effects if e.adopted]
-    wrong = [e for e in adopted if e.declared and _side(e) != PHYSICS]
+    wrong = [e for e in adopted if e.declared and _prior(e).side != PHYSICS]
     lacks, corrects = len(adopted) - len(wrong), len(wrong)
     parts = [f"lacks {_counted(lacks)}"] if lacks else []
     if corrects:
@@ -73,40 +69,31 @@ def _lacks(diagnosis: Diagnosis) -> str:
     return f"The model {' and '.join(parts)}."
 
 
-def _side(effect: FoundEffect) -> str:
-    """Return the source of an error: physics, recorder or file."""
-    return priors()[effect.name].side if effect.name in priors() else PHYSICS
+def _prior(effect: FoundEffect) -> EffectPrior:
+    """Return what the library says on the cause of an effect; of the robot file, nothing."""
+    return priors().get(effect.name, EffectPrior())
 
 
 def corrections(declared: Robot, extended: Robot) -> tuple[str, ...]:
     """Return the values of the robot file that the extended robot corrects, one a line."""
-    out = []
-    for joint, other in zip(declared.joints, extended.joints, strict=True):
+    was, now = _written(declared), _written(extended)
+    changed = [key for key in now if was[key] != now[key]]
+    return tuple(f"{key}: {was[key]} -> {now[key]}" for key in changed)
+
+
+def _written(robot: Robot) -> dict[str, object]:
+    """Return the values of a robot file that a diagnosis may correct, by key and joint."""
+    out: dict[str, object] = {}
+    for joint in robot.joints:
         for key in ("theta", "d", "r", "b"):
-            was, now = getattr(joint, key), getattr(other, key)
-            if was != now:
-                out.append(f"{key} of {declared.label(joint.number)}: {was} -> {now}")
-    for key in ("torque_constant", "gain"):
-        out += _changed_drive(declared, key, getattr(declared.drive, key, None), extended)
-    ratios = np.diag(declared.drive.ratio) if declared.drive else None
-    out += _changed_drive(declared, "ratio", ratios, extended)
-    if declared.gravity != extended.gravity:
-        out.append(f"gravity: {list(declared.gravity)} -> {list(extended.gravity)}")
-    return tuple(out)
-
-
-def _changed_drive(
-    declared: Robot, key: str, before: Sequence[float] | FloatArray | None, extended: Robot
-) -> Iterator[str]:
-    """Yield the changed values of a key of [drive], joint by joint."""
-    after = getattr(extended.drive, key, None)
-    if after is None:
-        return
-    after = np.diag(after) if key == "ratio" else after
-    was = np.ones(declared.n) if before is None else before
-    for joint, old, new in zip(declared.movable, was, after, strict=True):
-        if old != new:
-            yield f"[drive] {key} of {declared.label(joint.number)}: {old:g} -> {new:g}"
+            out[f"{key} of {robot.label(joint.number)}"] = getattr(joint, key)
+    for key in ("torque_constant", "gain", "ratio"):
+        values = getattr(robot.drive, key, None)
+        each = np.ones(robot.n) if values is None else np.array(values)
+        each = np.diag(each) if each.ndim > 1 else each
+        for number, value in zip(robot.numbers, each, strict=True):
+            out[f"[drive] {key} of {robot.label(number)}"] = f"{value:g}"
+    return {**out, "gravity": list(robot.gravity)}
 
 
 def _counted(count: int) -> str:
@@ -136,21 +123,28 @@ def tie(effect: FoundEffect, robot: Robot) -> str:
 
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Return a line with the adopted effects that no robot file can declare, if there are any."""
-    missing = dict.fromkeys(e.name for e in diagnosis.effects if e.adopted and not e.declared)
-    return (f"robot.toml and its C code cannot contain {', '.join(missing)}",) if missing else ()
+    missing = _undeclared(diagnosis)
+    return (f"robot.toml and its C code cannot contain {missing}",) if missing else ()
+
+
+def _undeclared(diagnosis: Diagnosis) -> str:
+    """Return the names of the adopted effects that no robot file can declare."""
+    adopted = [e for e in diagnosis.effects if e.adopted]
+    return ", ".join(dict.fromkeys(e.name for e in adopted if not e.declared))
 
 
 def describe_effects(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
     """Return one line per effect name, with its joints and its description."""
-    joints: dict[str, list[str]] = {}
-    for effect in effects:
-        joints.setdefault(effect.name, []).append(on_joints(effect.joints, robot))
+    out = []
+    for name in dict.fromkeys(e.name for e in effects):
+        places = [on_joints(e.joints, robot) for e in effects if e.name == name]
+        out.append(f"{name} on {', '.join(places)}: {_says(name)}")
+    return tuple(out)
+
+
+def _says(name: str) -> str:
     known = definitions()
-    return tuple(
-        f"{name} on {', '.join(places)}: "
-        + (known[name].says if name in known else "an effect of the robot file")
-        for name, places in joints.items()
-    )
+    return known[name].says if name in known else "an effect of the robot file"
 
 
 def grade(effect: FoundEffect) -> str:
@@ -171,12 +165,11 @@ def advice_of(
         verdict: the verdict of the diagnosis.
         after: the gap after, for joints in motion.
     """
-    known = definitions()
     out = []
     for e in effects:
-        advice = priors()[e.name].advice if e.name in known else ""
+        advice = _prior(e).advice
         if e.adopted and advice:
-            out.append(f"{placed(e, robot)}: {known[e.name].says}; {advice}")
+            out.append(f"{placed(e, robot)}: {_says(e.name)}; {advice}")
     out += [tie(e, robot) for e in effects if e.indistinguishable_from and e.separate]
     if verdict in ("unexplained", "partly-explained"):
         out.append(

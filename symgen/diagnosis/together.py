@@ -6,7 +6,7 @@ searched constants. With fixed parameters it is the only fit.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,8 +20,8 @@ from symgen.estimation.system import Equations, LinearSystem, joint_equations
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.confirm import settled
-from symgen.hypotheses.effects import LogColumns, Score
-from symgen.hypotheses.problem import Problem, Stage
+from symgen.hypotheses.effects import Score
+from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import slopes
 from symgen.hypotheses.registry import SearchResult
 from symgen.hypotheses.rows import Rows, with_rests
@@ -52,33 +52,23 @@ class Together:
 
     Attributes:
         problem: the declared model on the corrected logs.
-        effects: the effects, with settled constants.
-        X: (p + c,) parameters of the model, which are empty if they are fixed, and coefficients.
-        values: the values of each effect.
+        X: (p,) parameters of the model.
+        values: the effects, with settled constants, each with its values.
     """
 
     problem: Problem
-    effects: tuple[Score, ...]
     X: FloatArray
-    values: tuple[Coefficients, ...]
-
-    def of(self, score: Score) -> Coefficients:
-        """Return the values of one of the effects."""
-        return self.values[self.effects.index(score)]
+    values: Mapping[Score, Coefficients]
 
     def torques(self, logs: Sequence[FilteredLog]) -> list[FloatArray]:
         """Return the torque along some logs, in the band, (K, n)."""
-        problem, known = self.problem, self.problem.known
-        count = len(self.X) - sum(s.cause.size for s in self.effects)
-        X = self.X[:count] if known is None else known
         out = []
         for log in logs:
-            torques = problem.torques_along(log, X)
-            torque, at = torques.model, count
-            for c in (s.cause for s in self.effects):
-                columns = dense(c.columns(log, torques), log.tau.shape)
-                torque = torque + columns @ self.X[at : at + c.size]
-                at += c.size
+            torques = self.problem.torques_along(log, self.X)
+            torque = torques.model
+            for score, found in self.values.items():
+                columns = dense(score.cause.columns(log, torques), log.tau.shape)
+                torque = torque + columns @ found.values
             out.append(log.unmasked.compared(torque))
         return out
 
@@ -92,58 +82,37 @@ def compared(logs: Sequence[FilteredLog], torques: Sequence[FloatArray], robot: 
 
 
 def fit_together(result: SearchResult) -> Together:
-    """Fit the declared model and the columns of all accepted effects to the training logs."""
+    """Fit the declared model and the columns of all accepted effects to the training logs.
+
+    The derivatives of the columns with respect to the searched constants are additional columns, as
+    in linearised nonlinear least squares. They give the standard deviations of the constants.
+    """
     problem = result.problem
     effects, log_columns = settled(problem, result.effects)
     stage = problem.stage(effects)
-    names = () if problem.is_fixed else problem.evaluator.model.base.names
-    p, count = len(names), sum(s.cause.size for s in effects)
-    names += tuple(f"{s.cause.name} {i}" for s in effects for i in range(s.cause.size))
-    X, covariance = stage.rows.X, np.full((p + count, p + count), np.nan)
-    try:
-        solution = _solve(problem, names, stage.rows)
-        X, covariance = solution.X, solution.covariance
-    except IdentificationError:  # the declared model absorbs a coefficient: the shortest solution
-        pass
-    wider = _with_constants(stage, log_columns, names)
-    if wider is not None:
-        covariance = wider.covariance
-    constants = iter([] if wider is None else wider.std[p + count :])
-    values, at = [], p
-    for c in (s.cause for s in effects):
+    along = slopes(stage, log_columns)
+    plain = _solve(problem, stage.rows)
+    wider = _solve(problem, stage.rows.with_columns(along)) if along else None
+    X = stage.rows.X if plain is None else plain.X  # the shortest solution
+    best = wider or plain
+    unknown = np.full((len(X), len(X)), np.nan)
+    covariance = unknown if best is None else best.covariance
+    constants = iter([] if wider is None else wider.std[len(X) :])
+    values, at = {}, problem.base.W.shape[2]
+    known = X[:at] if problem.known is None else problem.known
+    for score in effects:
+        c = score.cause
         here = slice(at, at + c.size)
         std = np.full(len(c.constants), np.nan)
         if c.smooth and wider is not None:
             std = np.array([next(constants) for _ in c.constants])
-        values.append(Coefficients(X[here], covariance[here, here], std))
+        values[score] = Coefficients(X[here], covariance[here, here], std)
         at += c.size
-    return Together(problem, effects, X, tuple(values))
+    return Together(problem, known, values)
 
 
-def _with_constants(
-    stage: Stage, log_columns: LogColumns, names: tuple[str, ...]
-) -> Solution | None:
-    """Return the solution with a column for each searched constant; None if there is none.
-
-    The derivatives of the columns with respect to the constants are additional columns, as in
-    linearised nonlinear least squares.
-    """
-    along = slopes(stage, log_columns)
-    count = sum(next(iter(columns.values())).shape[1] for columns in along)
-    if not count:
-        return None
-    constants = tuple(f"constant {i}" for i in range(count))
-    try:
-        return _solve(stage.problem, (*names, *constants), stage.rows.with_columns(along))
-    except IdentificationError:  # the logs do not determine the constants
-        return None
-
-
-def _solve(problem: Problem, names: tuple[str, ...], rows: Rows) -> Solution:
-    """Solve rows for parameters and standard deviations; empty if there are no parameters."""
-    if not names:
-        none = np.zeros((0, 0))
-        return Solution(np.zeros(0), none, none, 1.0, ())
+def _solve(problem: Problem, rows: Rows) -> Solution | None:
+    """Solve rows for parameters and standard deviations; None if the rows do not determine them."""
     known = features_of(rows.logs, problem.robot.sigma)
     rested = with_rests(rows)
     out: list[Equations] = []
@@ -154,4 +123,8 @@ def _solve(problem: Problem, names: tuple[str, ...], rows: Rows) -> Solution:
         out += joint_equations(
             log, W, rows.y[at], log.compared_t, _CORRELATION, random, log.resting, free
         )
-    return Wls().solve(LinearSystem(names, tuple(out)))
+    names = tuple(map(str, range(rows.W.shape[2])))
+    try:
+        return Wls().solve(LinearSystem(names, tuple(out))) if names else None
+    except IdentificationError:  # the declared model absorbs a coefficient
+        return None

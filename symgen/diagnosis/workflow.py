@@ -29,7 +29,7 @@ from symgen.diagnosis.diagnosis import (
     Place,
     Rejected,
 )
-from symgen.diagnosis.gap import Fitted, gap_of, places, validation_curves
+from symgen.diagnosis.gap import gap_of, moving_gap, places, validation_curves
 from symgen.diagnosis.listing import joint_numbers, list_effects, robot_parameters
 from symgen.diagnosis.messages import advice_of, corrections
 from symgen.diagnosis.second_encoder import with_stiffness
@@ -45,9 +45,9 @@ from symgen.estimation.torque_error import (
     modelled_torque,
     percent,
     relative_error,
-    squares,
 )
 from symgen.estimation.values import FloatArray, Reason
+from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands
 from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
 from symgen.hypotheses.changes import Changed
@@ -55,7 +55,6 @@ from symgen.hypotheses.confirm import REPEATED, Weighed, confirm
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import held_squares
-from symgen.hypotheses.judged import Judged
 from symgen.hypotheses.priors import RECORDER, prior_of
 from symgen.hypotheses.problem import make_problem
 from symgen.hypotheses.registry import SearchResult, make_registry
@@ -276,21 +275,20 @@ def _search(
         effects: names of effects to try; None for all.
         misfit: smallest model error to expect.
     """
-    run = None if first is None else first.chosen.run
-    if run is not None:
-        problem = make_problem(case.evaluator, run.train, run.held, None, misfit)
-        if any(reason.kind == BROKEN for reason in run.shown):
-            return SearchResult(problem, problem), ()
-    else:
+    start = None
+    if first is None:
         assert known is not None
         train, held = _in_known_band(case, known.band)
         problem = make_problem(case.evaluator, train, held, known.X, misfit)
-    registry = make_registry(problem, case.source, effects)
-    start = None if run is None or effects is not None or case.source.sought else run.asked
-    if start is not None and misfit == MISFIT:
-        problem = start.declared
     else:
-        start = None
+        run = first.chosen.run
+        if effects is None and misfit == MISFIT and not case.source.sought:
+            start = run.asked
+        problem = make_problem(case.evaluator, run.train, run.held, None, misfit)
+        if any(reason.kind == BROKEN for reason in run.shown):
+            return SearchResult(problem, problem), ()
+    registry = make_registry(problem, case.source, effects)
+    problem = problem if start is None else start.declared
     result = search(problem, registry, case.least, progress=case.progress, start=start)
     return confirm(result, case.least)
 
@@ -317,17 +315,17 @@ class _Gaps:
         promised: the fit of the robot that is written; None with fixed parameters.
     """
 
-    before: Fitted
-    after: Fitted
-    corrected: Fitted | None
+    before: TorqueFit
+    after: TorqueFit
+    corrected: TorqueFit | None
     floor: Gap
     curves: tuple[Curves, ...]
-    promised: Identified | None
+    promised: Identified | None = None
 
     @property
     def explained(self) -> Gap:
         """Torque error of joints in motion with all adopted effects."""
-        return (self.corrected or self.after).moving
+        return moving_gap(self.corrected or self.after)
 
     @property
     def trusted(self) -> bool | None:
@@ -337,46 +335,42 @@ class _Gaps:
     @property
     def moving(self) -> Gaps:
         """The errors of joints in motion."""
-        return Gaps(self.before.moving, self.after.moving, self.floor)
+        return Gaps(moving_gap(self.before), moving_gap(self.after), self.floor)
 
 
-def _measured(case: _Case, first: Identified | None, adopted: Adopted) -> _Gaps:
+def _measured(
+    case: _Case, first: Identified | None, adopted: Adopted, contacts: Sequence[Contact]
+) -> _Gaps:
     """Measure the torque errors of the declared robot and of the one that is written."""
-    problem, together = adopted.result.problem, adopted.together
-    if first is None:
+    problem, together, last = adopted.result.problem, adopted.together, adopted.last
+    if first is None or last is None:
         declared = adopted.result.declared
-        before = _torques(declared.evaluator, declared.X, declared.held)
-        after = together.torques(problem.held)
-        was, now = (
-            compared(*pair, problem.robot)
-            for pair in ((declared.held, before), (problem.held, after))
-        )
+        logs = declared.held, problem.held
+        unfitted = _torques(declared.evaluator, declared.X, declared.held)
+        torques = unfitted, together.torques(problem.held)
+        pairs = zip(logs, torques, strict=True)
+        was, now = (compared(*pair, case.robot) for pair in pairs)
         noise = noise_fit(declared.evaluator, declared.held, declared.X).residual
-        curves = validation_curves((declared.held, problem.held), before, after)
-        return _Gaps(Fitted.of(was), Fitted.of(now), None, gap_of(noise), curves, None)
-    promised = adopted.last
-    if adopted.undone:
-        promised = case.identified(adopted.robot)
+        return _Gaps(was, now, None, gap_of(noise), validation_curves(logs, torques))
+    promised = case.identified(adopted.robot) if adopted.undone else last
     assert isinstance(promised, Identified)
-    log_effects = [x for x in adopted.result.items if x not in adopted.declared]
-    contacts = _contacts(first, adopted)
-    corrected = None
     logs = first.chosen.run.held, promised.chosen.run.held
     before, after = (
         _torques(x.chosen.run.evaluator, x.estimate.X, x.chosen.run.held) for x in (first, promised)
     )
-    if log_effects or contacts:
+    held, corrected = promised.chosen.run.held, None
+    if adopted.undeclared or contacts:
         held = problem.without(contacts).held
-        logs, after = (logs[0], held), together.torques(held)
-        corrected = Fitted.of(compared(held, after, problem.robot))
+        after = together.torques(held)
+        corrected = compared(held, after, case.robot)
     floor = first.estimate.noise_floor
     assert floor is not None
     return _Gaps(
-        Fitted.of(first.outcome.torque_held),
-        Fitted.of(promised.outcome.torque_held),
+        first.outcome.torque_held,
+        promised.outcome.torque_held,
         corrected,
         gap_of(floor),
-        validation_curves(logs, before, after),
+        validation_curves((first.chosen.run.held, held), (before, after)),
         promised,
     )
 
@@ -403,21 +397,20 @@ def _saturation(fitted: Identified | None, least: float) -> FoundEffect | None:
     if not faults:
         return None
     robot = run.evaluator.model.robot
-    every = clear = TorqueFit.none(robot)
-    for log in run.held:
-        torque = modelled_torque(run.evaluator, log.unmasked, fitted.estimate.X)
-        measured, free = log.unmasked.measured, log.clear[log.kept]
-        every += squares(np.ones_like(free), measured, torque)
-        clear += squares(free, measured, torque)
-    before, after = (np.array(x.residual.per_joint) for x in (every, clear))
+    torques = _torques(run.evaluator, fitted.estimate.X, run.held)
+    whole = [log.unmasked for log in run.held]
+    fits = (compared(logs, torques, robot) for logs in (whole, run.held))
+    before, after = (np.array(fit.residual.per_joint) for fit in fits)
     if (before - after).max() < least:
         return None
-    values = {name: (value, std) for f in faults for name, value, std in f.values}
+    values = {}
+    for name, value, std in (measured for f in faults for measured in f.values):
+        values[name] = FoundParameter(name, value, std, "")
     d = definitions()[_SATURATION]
     return FoundEffect(
         name=d.name,
         joints=joint_numbers(robot, sorted({j for f in faults for j in f.joints})),
-        parameters=tuple(FoundParameter(name, *pair, "") for name, pair in values.items()),
+        parameters=tuple(values.values()),
         expression=d.formula,
         p_value=0.0,
         gap_reduction=1 - float(np.sum(after**2) / np.sum(before**2)),
@@ -429,68 +422,60 @@ def _saturation(fitted: Identified | None, least: float) -> FoundEffect | None:
 def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagnosis:
     """Assemble the diagnosis from its intermediate results."""
     result, robot, least = adopted.result, case.robot, case.least
-    gaps = _measured(case, first, adopted)
-    run = None if first is None else first.chosen.run
     contacts = _contacts(first, adopted)
+    gaps = _measured(case, first, adopted, contacts)
+    last = None if gaps.promised is None else gaps.promised.chosen.run
     suspected = _suspected(adopted, contacts, least)
-    delays = gaps.promised is not None and bool(gaps.promised.chosen.run.delays)
-    effects = list_effects(adopted, contacts, suspected, delays=not delays)
     clipped = _saturation(gaps.promised, least)
-    if clipped is not None:
-        effects = (clipped, *effects)
+    found = list_effects(adopted, contacts, suspected, delays=last is None or not last.delays)
+    effects = found if clipped is None else (clipped, *found)
+    named = [e for e in effects if e.adopted]
     reasons = _reasons(gaps.promised)
     verdict = _verdict(adopted, gaps, effects, reasons, least)
-    named = [e for e in effects if e.adopted]
     where: tuple[Place, ...] = ()
     if verdict != "consistent":
-        where = places(result, named, gaps.before.moving, gaps.floor, gaps.curves, contacts)
+        where = places(result, named, moving_gap(gaps.before), gaps.floor, gaps.curves, contacts)
     doubted = {w.item.key for w in suspected}
-    refused = [
-        (w.item, w.reason)
-        for w in adopted.weighed
-        if not w.adopted and w.item.key not in doubted and isinstance(w.item, Score)
-    ]
+    others = [w for w in adopted.weighed if w.item.key not in doubted]
+    scores = [w for w in others if isinstance(w.item, Score)]
+    refused = [(w.item, w.reason) for w in scores if w.reason]
     refused += [(s, s.fault) for s in result.rejected[:_LISTED]]
-    rejected = (
-        Rejected(s.definition.name, joint_numbers(robot, s.joints), why) for s, why in refused
-    )
-    repairs = case.opened.repairs if gaps.promised is None else gaps.promised.chosen.run.repairs
+    repairs = tuple(case.opened.repairs if last is None else last.repairs)
     cutoffs = [log.rows.cutoff for log in result.problem.held if log.rows.cutoff]
+    values = result.declared.X if first is None else first.estimate.X
     diagnosis = Diagnosis(
         robot=robot.name,
         verdict=verdict,
         cutoff_hz=min(cutoffs, default=None),
-        before=gaps.before.all_samples,
-        after=gaps.after.all_samples,
+        before=gap_of(gaps.before.residual),
+        after=gap_of(gaps.after.residual),
         floor=gaps.floor,
         moving=gaps.moving,
-        corrected=None if gaps.corrected is None else gaps.corrected.moving,
+        corrected=None if gaps.corrected is None else gaps.explained,
         trusted=gaps.trusted,
         where=where,
         effects=effects,
-        rejected=tuple(rejected),
+        rejected=tuple(
+            Rejected(s.cause.name, joint_numbers(robot, s.joints), why) for s, why in refused
+        ),
         advice=(
             *(reason.text for reason in reasons),
             *(f"{line} (written into robot.toml)" for line in corrections(robot, adopted.robot)),
             *advice_of(effects, robot, verdict, gaps.explained),
         ),
-        notes=_notes(case, first, adopted, gaps, named),
+        notes=_notes(case, first, adopted, gaps, named, repairs),
         extended=adopted.robot,
-        joints=tuple(j.number for j in robot.movable),
+        joints=robot.numbers,
         curves=gaps.curves,
         tried=result.tried,
         parameters=robot_parameters(adopted),
         declared=robot,
-        values=tuple(map(float, _declared_values(result, first))),
-        repairs=tuple(repairs),
-        mended=_mended(case, run),
+        values=tuple(map(float, values)),
+        repairs=repairs,
+        mended=() if first is None else _mended(case, first.chosen.run),
         band=result.problem.logs[0].band,
     )
     return with_stiffness(diagnosis, robot, stiffnesses(result.problem.base))
-
-
-def _declared_values(result: SearchResult, first: Identified | None) -> FloatArray:
-    return result.declared.X if first is None else first.estimate.X
 
 
 def _suspected(adopted: Adopted, contacts: Sequence[Contact], least: float) -> list[Weighed]:
@@ -499,10 +484,9 @@ def _suspected(adopted: Adopted, contacts: Sequence[Contact], least: float) -> l
     doubted = [w for w in refused if w.fell >= least and w.remaining < 1]
     others = (c for c in adopted.result.held_contacts if c not in contacts)
     doubted += [Weighed(c, c.worth, reason="no other motion confirms it") for c in others]
-    out: list[Weighed] = []
-    taken: set[int | None] = set()
+    out, taken = list[Weighed](), set[int]()
     for w in sorted(doubted, key=lambda w: -w.fell):
-        joints: set[int | None] = {*w.item.joints} or {None}
+        joints = {*(w.item.joints or [-1])}  # -1: an effect on all joints
         if not joints & taken:
             out.append(w)
             taken |= joints
@@ -529,7 +513,7 @@ def _verdict(
 ) -> str:
     """Return one of VERDICTS."""
     kinds = {reason.kind for reason in reasons}
-    clipped = [e.gap_reduction for e in effects if e.name == _SATURATION]
+    clipped = sum(e.gap_reduction for e in effects if e.name == _SATURATION)
     if kinds & {BROKEN, NO_ROBOT} or _recorder_is_chief(adopted, clipped):
         return "bad-measurement"
     explained = quiet(gaps.explained.per_joint, gaps.floor.per_joint, least)
@@ -542,29 +526,26 @@ def _verdict(
     return "explained" if explained else "partly-explained"
 
 
-def _recorder_is_chief(adopted: Adopted, clipped: Sequence[float]) -> bool:
-    """Whether faults that only a new recording mends close most of the gap."""
+def _recorder_is_chief(adopted: Adopted, clipped: float) -> bool:
+    """Whether faults that only a new recording mends close most of the gap.
+
+    Args:
+        adopted: the adopted effects.
+        clipped: part of the squared error that clipped torques cause.
+    """
     result = adopted.result
-    faults = [
-        x
-        for x in result.items
-        if x not in adopted.declared and prior_of(x.definition).side == RECORDER
-    ]
+    faults = [x for x in adopted.undeclared if prior_of(x.definition).side == RECORDER]
     if not faults and not clipped:
         return False
-    sets: tuple[Sequence[Judged], ...] = (
-        [],
-        [x for x in result.items if x not in faults],
-        result.items,
-    )
+    others = [x for x in result.items if x not in faults]
     sigma = result.problem.robot.sigma
     first, without, last = (
-        relative_error(*held_squares(result, items), sigma).relative ** 2 for items in sets
+        relative_error(*held_squares(result, items), sigma).relative ** 2
+        for items in ([], others, result.items)
     )
-    masked = sum(first * share / max(1 - share, TINY) for share in clipped)
-    by_faults = without - last + masked
+    masked = first * clipped / max(1 - clipped, TINY)
     remaining = math.sqrt(last / max(without + masked, TINY))
-    closed = first - last + masked
+    by_faults, closed = without - last + masked, first - last + masked
     return by_faults >= CHIEFLY * closed and 1 - remaining >= WORTH
 
 
@@ -574,10 +555,10 @@ def _notes(
     adopted: Adopted,
     gaps: _Gaps,
     named: Sequence[FoundEffect],
+    repairs: Sequence[Fault],
 ) -> tuple[str, ...]:
     """Return notes on the logs, on the numbers, and on what the extended robot lacks."""
     opened, source = case.opened, case.source
-    repairs = opened.repairs if gaps.promised is None else gaps.promised.chosen.run.repairs
     band = adopted.result.problem.logs[0].band
     out = [note for s in (*opened.train, *opened.held) for note in s.notes]
     out += [*(r.in_words for r in repairs), f"band: {band.in_words()}"]
@@ -593,8 +574,7 @@ def _notes(
         out += _models(first, gaps.promised)
     if gaps.corrected is not None:
         out.append(
-            f"with what no robot file can hold, the torque error is "
-            f"{percent(gaps.corrected.moving.total)}"
+            f"with what no robot file can hold, the torque error is {percent(gaps.explained.total)}"
         )
     known = {(e.name, joint) for e in named for joint in e.joints}
     lost = [s.key for s in source.sought if s.key not in known]
@@ -611,20 +591,17 @@ def _models(first: Identified, last: Identified) -> list[str]:
     was, now = (x.estimate.model for x in (first, last))
     if was == now:
         return []
-    other = [a for a in first.estimate.alternatives if a.model == now and a.validation]
     text = f"the torque error before is that of the {was} model, the one after of the {now} model"
-    for a in other:
-        assert a.validation is not None
-        error = percent(a.validation.relative)
-        text += f"; by that model, the error before is {error} over all samples"
+    for a in first.estimate.alternatives:
+        if a.model == now and a.validation is not None:
+            error = percent(a.validation.relative)
+            text += f"; by that model, the error before is {error} over all samples"
     return [text]
 
 
-def _mended(case: _Case, run: Run | None) -> tuple[MendedChannel, ...]:
+def _mended(case: _Case, run: Run) -> tuple[MendedChannel, ...]:
     """Return the channels that repairs changed the most."""
-    if case.recorded is None or run is None:
-        return ()
-    logs = [*chain(*case.recorded)]
     used = {log.name: log.samples for log in run.logs}
+    logs = [] if case.recorded is None else [*chain(*case.recorded)]
     pairs = [(log, used[log.name]) for log in logs if log.name in used]
     return largest_repairs(mended_channels(pairs, run.repairs, case.robot.sigma))

@@ -108,7 +108,7 @@ def search(
         return result
     rejected = tuple(judge.reasoned(s) for s in options if s.key not in result.keys)
     result = result.with_effects(sorted(judge.compared(result), key=lambda s: -s.gain))
-    ranges = {s.key: registry.ranges(s.candidate) for s in result.effects}
+    ranges = {s.key: registry.ranges(s.cause) for s in result.effects}
     return replace(result, rejected=rejected, tried=len(registry.pool), ranges=ranges)
 
 
