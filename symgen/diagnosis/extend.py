@@ -23,6 +23,9 @@ from symgen.robot.types import Joint, Robot
 
 #: Changes of the logs that [drive] corrects.
 _DRIVE = ("wrong_sign", "gear_ratio")
+#: Effects that change the geometry of the file, and the coefficient that changes each key.
+_GEOMETRY = ("geometry_error", "zero_offset")
+_GEOMETRY_KEYS = {"d": "delta_d", "r": "delta_r", "b": "delta_b", "theta": "DZ"}
 #: Effects with a separate key in robot.toml.
 _NATIVE = (*names.FRICTION, "rotor", "coupling")
 
@@ -45,33 +48,29 @@ def extended(
         constants: value of every constant; written with six digits.
         coefficients: values that change the geometry, as delta_d2 of a length.
     """
-    numbers = [robot.movable[i].number for i in positions]
-    if definition.name == "geometry_error" and coefficients:
-        return _lengthened(robot, numbers[0], coefficients)
-    if definition.name == "zero_offset" and coefficients:
-        joint = robot.joint(numbers[0])
-        turned = joint.theta + _rounded(coefficients[f"DZ{joint.number}"])
-        return _replaced(robot, replace(joint, theta=turned))
-    if definition.native in names.FRICTION:
-        return _with_friction(robot, numbers[0], definition.native)
-    if definition.native == "rotor":
-        return _replaced(robot, replace(robot.joint(numbers[0]), rotor_inertia=True))
-    if definition.native == "coupling":
-        ratio = _rounded(constants["ratio"])
-        coupling = Coupling((numbers[0], numbers[1]), sp.nsimplify(ratio))
+    native, joints = definition.native, [robot.movable[i] for i in positions]
+    if definition.name in _GEOMETRY and coefficients:
+        return _moved(robot, joints[0], coefficients)
+    if native in names.FRICTION:
+        return _with_friction(robot, joints[0], native)
+    if native == "rotor":
+        return _with_joint(robot, joints[0], rotor_inertia=True)
+    if native == "coupling":
+        ratio = sp.nsimplify(_rounded(constants["ratio"]))
+        coupling = Coupling((joints[0].number, joints[1].number), ratio)
         return replace(robot, couplings=(*robot.couplings, coupling))
-    if definition.native == "payload":
-        return replace(robot, payload=numbers[0])
+    if native == "payload":
+        return replace(robot, payload=joints[0].number)
     if not definition.declarable:
         return None
     rounded = {name: _rounded(value) for name, value in constants.items()}
-    joint = robot.joint(numbers[0])
+    joint = joints[0]
     if definition.own:
         effect = _custom_effect(robot, definition, joint.number, rounded)
     else:
         effect = of_library(definition, joint.number, joint.sigma, rounded)
     out = replace(robot, effects=(*robot.effects, effect))
-    return _with_friction(out, joint.number, "offset") if definition.offset else out
+    return _with_friction(out, joint, "offset") if definition.offset else out
 
 
 def corrected(robot: Robot, change: Change) -> Robot | None:
@@ -164,11 +163,14 @@ def _middle(robot: Robot, position: int, search: SearchRange) -> float:
     return float(round(value)) if search.scale in ("turn", "gear") else value
 
 
-def _lengthened(robot: Robot, number: int, coefficients: Mapping[str, float]) -> Robot:
-    joint = robot.joint(number)
-    changes = {key: coefficients.get(f"delta_{key}{number}") for key in ("d", "r", "b")}
-    lengths = {k: getattr(joint, k) + _rounded(v) for k, v in changes.items() if v is not None}
-    return _replaced(robot, replace(joint, **lengths))
+def _moved(robot: Robot, joint: Joint, coefficients: Mapping[str, float]) -> Robot:
+    """Return the robot with another length or angle of a joint."""
+    changed = {}
+    for key, name in _GEOMETRY_KEYS.items():
+        change = coefficients.get(f"{name}{joint.number}")
+        if change is not None:
+            changed[key] = getattr(joint, key) + _rounded(change)
+    return _with_joint(robot, joint, **changed)
 
 
 def _rounded(value: float) -> sp.Expr:
@@ -195,12 +197,12 @@ def _custom_effect(
     )
 
 
-def _with_friction(robot: Robot, number: int, word: str) -> Robot:
-    joint = robot.joint(number)
+def _with_friction(robot: Robot, joint: Joint, word: str) -> Robot:
     words = tuple(w for w in names.FRICTION if w in (*joint.friction, word))
-    return _replaced(robot, replace(joint, friction=words))
+    return _with_joint(robot, joint, friction=words)
 
 
-def _replaced(robot: Robot, joint: Joint) -> Robot:
-    joints = tuple(joint if j.number == joint.number else j for j in robot.joints)
+def _with_joint(robot: Robot, joint: Joint, **changed: Any) -> Robot:
+    other = replace(joint, **changed)
+    joints = tuple(other if j.number == joint.number else j for j in robot.joints)
     return replace(robot, joints=joints)

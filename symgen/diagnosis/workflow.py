@@ -219,19 +219,16 @@ class _Case:
         """
         if robot == self.robot and not changes:
             return self.first
-        settings = self._settings(robot)
-        if robot.drive == self.robot.drive:
-            opened = self.opened.of_robot(robot, settings.models)
+        settings, run = self._settings(robot), self.first.chosen.run
+        opened = self.opened
+        if robot.drive != self.robot.drive:
+            logs, models = self.sources, settings.models
+            opened = open_sources(robot, robot, logs, models, self.reading, self.progress)
         else:
-            opened = open_sources(
-                robot, robot, self.sources, settings.models, self.reading, self.progress
-            )
+            opened = opened.of_robot(robot, settings.models)
         if changes:
-            opened = replace(
-                opened,
-                train=_undone(self.first.chosen.run.train, changes),
-                held=_undone(self.first.chosen.run.held, changes),
-            )
+            train, held = (_undone(logs, changes) for logs in (run.train, run.held))
+            opened = replace(opened, train=train, held=held)
         return identified(opened, settings, None)
 
     def refitted(self, robot: Robot, changes: Sequence[Changed] = ()) -> Solved:

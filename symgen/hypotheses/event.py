@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,39 +160,34 @@ def _variance_ratio(m: FloatArray, variance: FloatArray, usual: FloatArray) -> F
 def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span | None:
     """Return the span that most probably has a separate variance; None if there is none."""
     folds = np.arange(-1, len(score.counts[0]))
-    of_fold = (score.fold[:, None] == folds)[:, None]
-    squares, counts = (
-        np.cumsum(np.pad((x**2)[:, :, None] * of_fold, ((1, 0), (0, 0), (0, 0))), axis=0)
-        for x in (score.weight * score.held_out, score.weight)
-    )
-    best: list[tuple[float, int, int, int, NDArray[np.intp]]] = []
-    every = []
-    for k, (log, rows) in enumerate(zip(logs, kept_spans(logs), strict=True)):
+    of_fold = score.fold[:, None, None] == folds
+    parts = np.stack([score.weight * score.held_out, score.weight]) ** 2
+    padded = np.pad(parts[..., None] * of_fold, ((0, 0), (1, 0), (0, 0), (0, 0)))
+    sums = np.cumsum(padded, axis=1)  # of squares and counts of the rows before each row
+    most, found, every = 0.0, None, []
+    for log, rows in zip(logs, kept_spans(logs), strict=True):
         for m in _lengths(log):
             begins = np.arange(rows.start, rows.stop - m + 1, max(1, m // _STARTS))
-            gains = _gains(
-                (squares[begins + m] - squares[begins], counts[begins + m] - counts[begins]),
-                (squares[-1], counts[-1]),
-                score.misfit**2,
-            )
+            inside = sums[:, begins + m] - sums[:, begins]
+            gains = _gains(inside, sums[:, -1], score.misfit**2)
             total = np.maximum(gains, 0.0).sum(axis=1)
             every.append(total)
             at = int(np.argmax(total))
-            best.append((float(total[at]), k, int(begins[at]), m, np.flatnonzero(gains[at] > 0)))
-    if not any(total > 0 for total, *_ in best):
+            if total[at] > most:
+                most, begin = float(total[at]), int(begins[at])
+                found = log, begin, begin - rows.start, m, np.flatnonzero(gains[at] > 0)
+    if found is None:
         return None
-    most, k, at, m, joints = max(best, key=itemgetter(0))
+    log, begin, at, m, joints = found
     contained = np.zeros(score.weight.shape, dtype=bool)
-    contained[at : at + m, joints] = True
+    contained[begin : begin + m, joints] = True
     totals = np.concatenate(every)
     price = math.log(len(totals)) - float(np.logaddexp.reduce(totals) - most)
     price += len(score.misfit) * math.log(2)
-    log, begin = logs[k], kept_spans(logs)[k].start
-    first, last = int(log.kept[at - begin]), int(log.kept[at - begin + m - 1])
-    half = log.t[[first + log.reach // 2, last - log.reach // 2]]
-    times = float(half[0]), float(half[1])
-    place = definitions()[NAME], tuple(map(int, joints))
-    return Span(*place, log.name, *times, first, last, contained, price, measured=True)
+    margin, (first, last) = log.reach // 2, log.kept[[at, at + m - 1]].tolist()
+    start, end = log.t[[first + margin, last - margin]].tolist()
+    place = definitions()[NAME], tuple(joints.tolist())
+    return Span(*place, log.name, start, end, first, last, contained, price, measured=True)
 
 
 def _lengths(log: FilteredLog) -> Iterator[int]:
@@ -206,28 +200,25 @@ def _lengths(log: FilteredLog) -> Iterator[int]:
         length *= _RATIO
 
 
-def _gains(
-    inside: tuple[FloatArray, FloatArray],
-    all_rows: tuple[FloatArray, FloatArray],
-    floor: FloatArray,
-) -> FloatArray:
+def _gains(inside: FloatArray, all_rows: FloatArray, floor: FloatArray) -> FloatArray:
     """Return the gain of a separate variance in each span, less its price, (P, n).
 
     Args:
-        inside: squares and counts of rows in each span, (P, n, folds).
-        all_rows: squares and counts of all rows, (n, folds).
+        inside: squares and counts of rows in each span, (2, P, n, folds).
+        all_rows: squares and counts of all rows, (2, n, folds).
         floor: (n,) variance of the misfit.
     """
 
-    def cost(squares: FloatArray, counts: FloatArray, floor: FloatArray) -> FloatArray:
+    def cost(sums: FloatArray, floor: FloatArray) -> FloatArray:
+        squares, counts = sums
         variance = np.maximum(squares, 0.0) / np.maximum(counts, TINY) + floor
         return np.asarray(counts * np.log(np.maximum(variance, TINY)))
 
-    squares, counts = (x.sum(axis=2) for x in inside)
+    span, whole = inside.sum(axis=3), all_rows.sum(axis=2)
     by_fold = floor[:, None]
-    fell = cost(*all_rows, by_fold).sum(axis=1) - cost(squares, counts, floor)
-    fell = fell - cost(all_rows[0] - inside[0], all_rows[1] - inside[1], by_fold).sum(axis=2)
-    larger = squares * all_rows[1].sum(axis=1) > all_rows[0].sum(axis=1) * counts
+    fell = cost(all_rows, by_fold).sum(axis=1) - cost(span, floor)
+    fell = fell - cost(all_rows[:, None] - inside, by_fold).sum(axis=2)
+    larger = span[0] * whole[1] > whole[0] * span[1]
     # The price of a separate variance is the ratio of its prior width to its posterior width.
-    price = math.log(_RANGE) + 0.5 * np.log(np.maximum(counts / TEMPERATURE / np.pi, 1))
+    price = math.log(_RANGE) + 0.5 * np.log(np.maximum(span[1] / TEMPERATURE / np.pi, 1))
     return np.where(larger, 0.5 / TEMPERATURE * fell - price, 0.0)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Sequence
+from collections.abc import Container
 from dataclasses import replace
 from functools import partial
 
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter, Gaps
 from symgen.diagnosis.messages import (
     TONES,
     alike,
@@ -60,15 +60,15 @@ def diagnosis_content(diagnosis: Diagnosis) -> Content:
 
 
 def _banner(d: Diagnosis) -> Banner:
-    gaps = (
-        ("torque error before", d.gaps.before),
-        ("torque error after", d.gaps.after),
-        ("noise floor", d.gaps.noise_floor),
-    )
-    facts = tuple((label, percent(gap.total)) for label, gap in gaps)
-    facts += (("candidates tried", str(d.tried)),)
+    labels = "torque error before", "torque error after", "noise floor", "candidates tried"
+    facts = tuple(zip(labels, (*_totals(d.gaps), str(d.tried)), strict=True))
     named = describe_effects([e for e in d.effects if e.adopted], d.extended)
     return Banner(TONES[d.verdict], d.verdict, "", named, facts, summary(d))
+
+
+def _totals(gaps: Gaps) -> tuple[str, ...]:
+    """Return the totals before and after, and of the noise floor."""
+    return tuple(percent(gap.total) for gap in (gaps.before, gaps.after, gaps.noise_floor))
 
 
 def _sections(d: Diagnosis) -> list[Section]:
@@ -135,26 +135,25 @@ def _advice_section(d: Diagnosis, effect_lines: Container[str]) -> Section:
     return Section("What to do", tuple(text), printed=lines)
 
 
-def _gap_section(diagnosis: Diagnosis) -> Section:
+def _gap_section(d: Diagnosis) -> Section:
     text = (
         "The torque error is the RMS of measured minus modelled torque over the RMS of the "
         "measured torque. The noise floor is the error that the sensor noise alone would cause."
     )
-    return Section("Torque error by joint", (text,), _gap_table(diagnosis), printed=())
-
-
-def _gap_table(d: Diagnosis) -> Table:
-    where, rows = {p.joint: p for p in d.where}, []
-    gaps = d.gaps.before, d.gaps.after, d.gaps.noise_floor
-    for k, joint in enumerate(d.joints):
-        place = where.get(joint)
-        told = ("", "") if place is None else (f"{100 * place.share:.0f} %", place.pattern)
-        rows.append((d.extended.labels[joint], *(percent(gap.per_joint[k]) for gap in gaps), *told))
-    rows.append(("all", *(percent(gap.total) for gap in gaps), "", ""))
-    if d.gaps.before != d.before:
-        whole = d.before, d.after, d.floor
-        rows.append(("all samples", *(percent(gap.total) for gap in whole), "", ""))
-    return Table(("", "before", "after", "noise floor", "share", "depends on"), rows)
+    gaps = d.gaps
+    errors = gaps.before, gaps.after, gaps.noise_floor
+    by_joint = zip(*(gap.per_joint for gap in errors), strict=True)
+    told = {p.joint: (f"{100 * p.share:.0f} %", p.pattern) for p in d.where}
+    rows = []
+    for joint, ratios in zip(d.joints, by_joint, strict=True):
+        label, more = d.extended.labels[joint], told.get(joint, ("", ""))
+        rows.append((label, *map(percent, ratios), *more))
+    rows.append(("all", *_totals(gaps), "", ""))
+    if gaps.before != d.before:
+        whole = Gaps(d.before, d.after, d.floor)
+        rows.append(("all samples", *_totals(whole), "", ""))
+    table = Table(("", "before", "after", "noise floor", "share", "depends on"), rows)
+    return Section("Torque error by joint", (text,), table, printed=())
 
 
 def _effect_table(d: Diagnosis) -> Table:
@@ -163,22 +162,12 @@ def _effect_table(d: Diagnosis) -> Table:
         first = (effect.name, ", ".join(map(str, effect.joints)) or "all")
         sure = f"{effect.probability:.2f}, {grade(effect)}"
         last = (percent(effect.gap_reduction), sure, effect.expression + _at_rest(effect, d))
-        found: Sequence[FoundParameter | None] = effect.parameters or (None,)
-        for k, p in enumerate(found):
-            cells = ("", "", "", "") if p is None else (p.name, *_value(p), p.unit)
-            rows.append((*(first if k == 0 else ("", "")), *cells, *(last if k == 0 else [""] * 3)))
-    header = (
-        "effect",
-        "joint",
-        "parameter",
-        "value",
-        "std",
-        "unit",
-        "closes",
-        "probability",
-        "torque",
-    )
-    return Table(header, rows)
+        cells = [(p.name, *_value(p), p.unit) for p in effect.parameters]
+        for values in cells or [("",) * 4]:
+            rows.append((*first, *values, *last))
+            first, last = ("",) * 2, ("",) * 3
+    header = ("effect", "joint", "parameter", "value", "std", "unit")
+    return Table((*header, "closes", "probability", "torque"), rows)
 
 
 def _at_rest(effect: FoundEffect, d: Diagnosis) -> str:
