@@ -12,7 +12,7 @@ from symgen.estimation.torque_error import TorqueFit, size_of_kind
 from symgen.estimation.values import FloatArray, Residual
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.registry import SearchResult
-from symgen.robot.effect import definitions
+from symgen.robot.effect import described
 
 ANY = "all"
 
@@ -86,7 +86,7 @@ def places(
         patterns = [s.definition.pattern for s in probable if j in s.joints]
         if named:
             main = max(named, key=lambda e: np.nan_to_num(e.gap_reduction))
-            patterns = [d.pattern for d in definitions().values() if d.name == main.name]
+            patterns = [described(main.name).pattern]
         spans = [c.cause for c in contacts if j in c.joints]
         window = (spans[0].start, spans[0].end) if spans else None
         share = float(excess[j] / excess.sum())

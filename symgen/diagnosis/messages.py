@@ -8,10 +8,9 @@ import numpy as np
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.estimation.torque_error import percent
-from symgen.hypotheses.priors import PHYSICS, EffectPrior, priors
 from symgen.names import joints_in_words
 from symgen.policy import BEYOND
-from symgen.robot.effect import definitions
+from symgen.robot.effect import PHYSICS, definitions, described
 from symgen.robot.types import Robot
 
 #: Colour of a verdict: "good", "warn" or "bad".
@@ -61,17 +60,12 @@ def summary(diagnosis: Diagnosis) -> str:
 def _lacks(diagnosis: Diagnosis) -> str:
     """Return how many effects the model lacks, and how many keys of the file are wrong."""
     adopted = [e for e in diagnosis.effects if e.adopted]
-    wrong = [e for e in adopted if e.declared and _prior(e).side != PHYSICS]
+    wrong = [e for e in adopted if e.declared and described(e.name).side != PHYSICS]
     lacks, corrects = len(adopted) - len(wrong), len(wrong)
     parts = [f"lacks {_counted(lacks)}"] if lacks else []
     if corrects:
         parts.append("needs one correction" if corrects == 1 else f"needs {corrects} corrections")
     return f"The model {' and '.join(parts)}."
-
-
-def _prior(effect: FoundEffect) -> EffectPrior:
-    """Return what the library says on the cause of an effect; of the robot file, nothing."""
-    return priors().get(effect.name, EffectPrior())
 
 
 def corrections(declared: Robot, extended: Robot) -> tuple[str, ...]:
@@ -138,13 +132,8 @@ def describe_effects(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str,
     out = []
     for name in dict.fromkeys(e.name for e in effects):
         places = [on_joints(e.joints, robot) for e in effects if e.name == name]
-        out.append(f"{name} on {', '.join(places)}: {_says(name)}")
+        out.append(f"{name} on {', '.join(places)}: {described(name).says}")
     return tuple(out)
-
-
-def _says(name: str) -> str:
-    known = definitions()
-    return known[name].says if name in known else "an effect of the robot file"
 
 
 def grade(effect: FoundEffect) -> str:
@@ -167,9 +156,9 @@ def advice_of(
     """
     out = []
     for e in effects:
-        advice = _prior(e).advice
-        if e.adopted and advice:
-            out.append(f"{placed(e, robot)}: {_says(e.name)}; {advice}")
+        row = described(e.name)
+        if e.adopted and row.advice:
+            out.append(f"{placed(e, robot)}: {row.says}; {row.advice}")
     out += [tie(e, robot) for e in effects if e.indistinguishable_from and e.separate]
     if verdict in ("unexplained", "partly-explained"):
         out.append(

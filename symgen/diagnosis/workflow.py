@@ -55,7 +55,6 @@ from symgen.hypotheses.confirm import REPEATED, Weighed, confirm
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import held_squares
-from symgen.hypotheses.priors import RECORDER, prior_of
 from symgen.hypotheses.problem import make_problem
 from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.score import TINY
@@ -78,7 +77,7 @@ from symgen.identification.workflow import (
 )
 from symgen.parallel import Say, silent, thread_count
 from symgen.policy import CHIEFLY, LEAST, MISFIT, WORTH
-from symgen.robot.effect import definitions
+from symgen.robot.effect import RECORDER, definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
@@ -531,7 +530,7 @@ def _recorder_is_chief(adopted: Adopted, clipped: float) -> bool:
         clipped: part of the squared error that clipped torques cause.
     """
     result = adopted.result
-    faults = [x for x in adopted.undeclared if prior_of(x.definition).side == RECORDER]
+    faults = [x for x in adopted.undeclared if x.definition.side == RECORDER]
     if not faults and not clipped:
         return False
     others = [x for x in result.items if x not in faults]

@@ -14,12 +14,12 @@ from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.confirm import Weighed, confirm
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import TIME
-from symgen.hypotheses.priors import PHYSICS, prior_of
 from symgen.hypotheses.problem import Stage, make_problem
 from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.search import search
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, SHOWN
+from symgen.robot.effect import PHYSICS
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -81,7 +81,7 @@ def ask(
             continue
         row = w.item.definition
         # A log in which the robot changes belongs to no single state of the robot.
-        fault = prior_of(row).side != PHYSICS or row.pattern == TIME
+        fault = row.side != PHYSICS or row.pattern == TIME
         (shown if w.shown and fault else suspected).append(reason_of(w, problem.robot))
     return Answer(tuple(shown), tuple(suspected), delays, kept.contacts, error, result)
 
@@ -98,8 +98,7 @@ def _largest_fold_error(stage: Stage) -> float:
 def reason_of(w: Weighed, robot: Robot) -> Reason:
     """Return a reason that names a hypothesis, its joints, its size and the advice."""
     item, row = w.item, w.item.definition
-    advice = prior_of(row).advice
-    ending = f"; {advice}" if advice else ""
+    ending = f"; {row.advice}" if row.advice else ""
     text = f"{item.cause.in_words(robot)}: {row.says}{ending}"
     numbers = tuple(robot.numbers[j] for j in item.joints)
     return Reason(row.name, numbers, w.remaining, SHOWN, text)

@@ -22,8 +22,8 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.logs import LATE
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.judged import Hypothesis, Judged, Size
-from symgen.hypotheses.priors import START, prior_of, sought_definition, sought_searches
 from symgen.hypotheses.score import Columns, Key
+from symgen.hypotheses.sought import sought_definition, sought_searches
 from symgen.parallel import in_order, thread_count
 from symgen.robot.effect import OWN, Definition, SearchRange, definitions
 from symgen.robot.types import Robot
@@ -36,6 +36,8 @@ _BATCH = 16  # candidates whose columns pass the filter in one call
 #: Smallest searched pitch of a rack or screw, m, if the search stays within this multiple.
 _PITCH, _MOST = 0.01, 10
 _PINION = 0.05  # m, radius of a pinion: converts its play in rad to the play of the rack
+#: Name of the constant of an effect that begins within a log: its time, s.
+START = "start"
 _STARTS = 16  # start times to try for an effect that begins within a log
 Constants = Mapping[str, float]
 
@@ -302,7 +304,7 @@ def begun(candidate: Candidate, logs: Logs) -> Iterator[Candidate]:
     The times are spread evenly over all logs. An effect whose odds `begins` are 0 yields nothing.
     """
     definition = candidate.definition
-    begins = prior_of(definition).begins
+    begins = definition.begins
     lengths = [float(log.t[-1] - log.t[0]) for log in logs]
     for log, length in zip(logs, lengths, strict=True):
         first = float(log.t[0])
@@ -316,6 +318,8 @@ def begun(candidate: Candidate, logs: Logs) -> Iterator[Candidate]:
             formula=f"{definition.formula or definition.torque}, in {log.name} from t = start on",
             nonlinear={START: SearchRange(first, first + length, count, "duration")},
             sign="any",
+            odds=begins,
+            advice="identify from logs in one state",
         )
         for part in range(count):
             yield replace(

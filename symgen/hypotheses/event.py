@@ -25,7 +25,6 @@ from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import left_out
 from symgen.hypotheses.judged import Hypothesis, Judged, Size
-from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.score import (
     FREEDOM,
     TEMPERATURE,
@@ -120,7 +119,7 @@ def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Cont
     was, joints = score.alone.variance, list(span.joints)
     now = was.copy()
     now[joints] = np.minimum(was, fit.variance)[joints]
-    odds = evidence + math.log(prior_of(span.definition).odds)
+    odds = evidence + math.log(span.definition.odds)
     torque = float(np.sqrt(np.max(was - now)))
     return Contact(span, odds, *worth_and_gain(was, now, size, joints), torque)
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from symgen import names
-from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.score import Key
 from symgen.robot.effect import Definition, numbered
 from symgen.robot.types import Robot
@@ -72,7 +71,7 @@ class Hypothesis:
 
     def presumes(self, other: Hypothesis) -> bool:
         """Whether it requires another one, for example Coulomb friction on the same joint."""
-        word = prior_of(self.definition).presumes
+        word = self.definition.presumes
         native = bool(word) and word == other.definition.native
         return native and self.joints == other.joints
 

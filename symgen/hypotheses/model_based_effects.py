@@ -35,7 +35,6 @@ from symgen.hypotheses.effects import (
     begun,
     constant_grid,
 )
-from symgen.hypotheses.priors import priors
 from symgen.hypotheses.score import Columns, everywhere
 from symgen.hypotheses.stiffness import Stiffness, deflection
 from symgen.robot.effect import definitions
@@ -246,7 +245,7 @@ def _of_links(
         uses_model=True,
         analytic=True,
         coefficients=coefficients,
-        scales=tuple(priors()[name].expected * size for size in sizes),
+        scales=tuple(definition.expected * size for size in sizes),
     )
 
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from symgen.errors import RobotError
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.effects import Candidate, LogColumns, Score
-from symgen.hypotheses.priors import START
+from symgen.hypotheses.effects import START, Candidate, LogColumns, Score
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.score import Columns, dense
 

@@ -27,7 +27,6 @@ from symgen.hypotheses.effects import Candidate, Score, total_odds
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
 from symgen.hypotheses.held import in_one_log
 from symgen.hypotheses.judged import Judged
-from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
 from symgen.hypotheses.registry import Registry, SearchResult, columns_in, leave_out
@@ -360,14 +359,14 @@ class _Judge:
 
     def _expected(self, stage: Stage, candidate: Candidate, columns: Columns) -> float:
         """Return the scale of the prior of a column's RMS torque, N m or N."""
-        size = prior_of(candidate.definition).size * stage.problem.base.size
+        size = candidate.definition.size * stage.problem.base.size
         return _LOOSE * max(float(size[j]) for j in columns)
 
     def _judged(self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit) -> Score:
         alone, base = stage.score.alone, stage.problem.base.size
         known = {s.definition.name for s in stage.effects}
         # An effect on one joint makes the same effect on another joint more probable.
-        expected = prior_of(candidate.definition)
+        expected = candidate.definition
         prior = math.log(expected.odds) * (0.5 if candidate.name in known else 1.0)
         if candidate.scales is not None:
             scales = np.array(candidate.scales)

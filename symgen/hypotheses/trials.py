@@ -34,7 +34,6 @@ from symgen.hypotheses.changes import (
     torque_changes,
 )
 from symgen.hypotheses.effects import Score
-from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.rows import fitted
 from symgen.hypotheses.score import DIGITS, TEMPERATURE, ScoreFit, worth_and_gain
@@ -176,7 +175,7 @@ def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[ScoreFit]) -> 
     change = grid[k]
     # Each wrong sign costs the same. A set and its complement fit alike: the smaller one counts.
     few = min(len(change.joints), len(size) - len(change.joints))
-    prior = math.log(prior_of(change.definition).odds) * max(1, few)
+    prior = math.log(change.definition.odds) * max(1, few)
     odds_of_grid = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
     worth, gain = worth_and_gain(alone.variance, fits[k].variance, size, ())
     return Changed(change, odds_of_grid, worth, gain)

@@ -23,7 +23,7 @@ import sympy as sp
 from symgen import names
 from symgen.errors import RobotError, located
 from symgen.robot import expressions
-from symgen.robot.schema import TableReader, keys
+from symgen.robot.schema import TableReader
 from symgen.robot.tables import BESIDE, word_check
 
 #: Names with exact values.
@@ -38,6 +38,8 @@ _PATTERNS = (
     "velocity-sign", "velocity", "low-speed", "reversal", "position", "spectrum", "load",
     "acceleration", "kinematic", "other-joint", "time", "all",
 )  # fmt: skip
+#: Sources of an error, with "file": the robot file is wrong.
+PHYSICS, RECORDER = "physics", "recorder"
 #: Scale of the values of a constant in a search, and its unit in effects.toml.
 _SCALES = {
     "speed": "speed",
@@ -73,7 +75,8 @@ class Definition:
     """An effect of the library (a table of effects.toml), or of a robot file (`own`).
 
     A torque from a file contains the variables of any joint, and full names of coefficients and
-    constants. Names in a library torque get the number of the joint.
+    constants. Names in a library torque get the number of the joint. effects.toml describes the
+    keys.
     """
 
     name: Annotated[str, BESIDE]
@@ -90,6 +93,13 @@ class Definition:
     confused: str = ""
     separate: str = ""
     formula: str = ""
+    odds: float = 0.02
+    size: float = 0.3
+    expected: float = 0.0
+    begins: float = 0.0
+    presumes: str = ""
+    side: Annotated[str, word_check(PHYSICS, RECORDER, "file")] = PHYSICS
+    advice: str = ""
     own: Annotated[bool, BESIDE] = False
 
     @property
@@ -219,18 +229,24 @@ def definitions() -> Mapping[str, Definition]:
         return {name: definition(name, table) for name, table in effect_tables().items()}
 
 
+def described(name: str) -> Definition:
+    """Return the row of an effect; the library says nothing on those of a robot file."""
+    own = Definition(name, "linear", "all", "an effect of the robot file")
+    return definitions().get(name, own)
+
+
 def definition(name: str, table: Mapping[str, Any]) -> Definition:
     """Return an effect of the library.
 
     Args:
         name: name of the effect.
-        table: its table in effects.toml; keys about the search are ignored.
+        table: its table in effects.toml.
 
     Raises:
         RobotError: a key is missing or its value is not accepted; the message names both.
     """
-    reader, known = TableReader(), keys(Definition)
-    kept = {key: value for key, value in table.items() if key in known and key != "nonlinear"}
+    reader = TableReader()
+    kept = {key: value for key, value in table.items() if key not in ("nonlinear", "scale")}
     scales = reader.value(dict[str, _SCALE], table.get("scale", {}), f"[{name}], key 'scale'")
     grids = reader.value(dict[str, _GRID], table.get("nonlinear", {}), f"[{name}], key 'nonlinear'")
     searches = {}

@@ -32,7 +32,7 @@ from symgen.report.content.parts import (
     value_with_std,
 )
 from symgen.report.plots import diagnosis as diagnosis_plots
-from symgen.robot.effect import definitions
+from symgen.robot.effect import described
 
 _RESIDUAL = "Measured minus modelled torque in the motion's band, on data the search never saw."
 _EFFECTS = (
@@ -172,8 +172,8 @@ def _effect_table(d: Diagnosis) -> Table:
 
 def _at_rest(effect: FoundEffect, d: Diagnosis) -> str:
     """Return the position q0 at which a spring has no torque, K (q - q0) = K q + OF; or ''."""
-    known = definitions().get(effect.name)
-    if known is None or not known.offset or len(known.linear) != 1 or not effect.parameters:
+    known = described(effect.name)
+    if not known.offset or len(known.linear) != 1 or not effect.parameters:
         return ""  # a suspected effect has no known value
     k = effect.parameters[0]
     names = [f"OF{joint}" for joint in effect.joints]
