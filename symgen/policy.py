@@ -74,3 +74,18 @@ LOUD = 0.3
 #: large as well: faults of a wrist stay below `LOUD`. On two real arms it is at most 2 before the
 #: search, if the file declares their coupling, and up to 3.4 after several effects.
 APART = 3.0
+#: Number of correlated rows that count as one in the score of a search, at four rows a period.
+TEMPERATURE = 4.0
+#: Correlation of the explained torques above which two effects are one class, and above which one
+#: is an alternative to the other; probability above which an alternative is listed.
+SAME, ALIKE, LISTED = 0.98, 0.8, 0.05
+#: Largest number of hypotheses that the search of `identify` adds; `diagnose` has no limit.
+STEPS = 3
+#: Share of the states of validation logs above which they repeat the training motion, which
+#: confirms nothing. States are equal within `NEAR` standard deviations.
+REPEATED, NEAR = 0.9, 0.05
+#: Smallest share of the torque, without rotor and friction, that the deflection between two
+#: encoders has to explain. Noise of q - qs lowers this share as much as it lowers the stiffness.
+DEFLECTS = 0.95
+#: A torque error is visible above these multiples of the noise floor and of what matters.
+NOISES, VISIBLE = 3.0, 2.0

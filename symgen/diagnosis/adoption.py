@@ -28,7 +28,6 @@ from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.confirm import Weighed, restricted
 from symgen.hypotheses.effects import Candidate, Score
 from symgen.hypotheses.judged import Judged
-from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.registry import SearchResult
 from symgen.identification.estimate import Estimate
 from symgen.identification.solving import system_of
@@ -70,10 +69,22 @@ class Adopted:
         return tuple(x for x in self.result.items if x not in self.declared)
 
     @property
+    def delays(self) -> tuple[Changed, ...]:
+        """Delays of torques, which `identify` undoes."""
+        return tuple(c for c in self.result.changes if c.cause.delay)
+
+    @property
     def undone(self) -> tuple[Changed, ...]:
         """Changes that no robot file can hold; without delays, which `identify` undoes."""
-        changes = self.result.changes
-        return tuple(c for c in changes if c in self.undeclared and not c.cause.delay)
+        changes = (c for c in self.result.changes if c not in self.delays)
+        return tuple(c for c in changes if c in self.undeclared)
+
+    def without_columns(self, reason: str) -> Adopted:
+        """Return the effects without those with columns that no robot file can hold."""
+        lost = {x.key for x in self.result.effects if x not in self.declared}
+        kept = [x for x in self.result.items if x.key not in lost]
+        weighed = [replace(w, reason=reason) if w.item.key in lost else w for w in self.weighed]
+        return replace(declare(restricted(self.result, kept), weighed), last=self.last)
 
 
 def adopt(
@@ -114,28 +125,27 @@ def declare(result: SearchResult, weighed: Sequence[Weighed]) -> Adopted:
     together = fit_together(result)
     result = result.with_effects(together.values)
     robot, declared = result.problem.robot, list[Judged]()
-    for item in result.changes:
-        more = corrected(robot, item.cause)
+    items: list[Changed | Score] = [*result.changes, *result.effects]
+    for item in items:
+        if isinstance(item, Score):
+            more = _with_effect(robot, together, item)
+        else:
+            more = corrected(robot, item.cause)
         if more is not None:
             robot = more
             declared.append(item)
-    for score, found in together.values.items():
-        more = _with_effect(robot, result.problem, score.cause, found)
-        if more is not None:
-            robot = more
-            declared.append(score)
     return Adopted(result, tuple(weighed), robot, tuple(declared), together)
 
 
-def _with_effect(robot: Robot, problem: Problem, c: Candidate, found: Coefficients) -> Robot | None:
+def _with_effect(robot: Robot, together: Together, score: Score) -> Robot | None:
     """Return the robot with an effect; None if its file cannot hold it."""
+    c, values = score.cause, together.values[score].values.tolist()
     if c.name == GAIN:  # the channel has 1 + G times the torque
-        return with_torques_scaled(robot, c.joints[0], 1 / (1 + float(found.values[0])))
-    values: Mapping[str, float] = {}
-    if not problem.is_fixed:
-        names = (name for name, _ in coefficient_names(problem.robot, c))
-        values = dict(zip(names, map(float, found.values), strict=False))
-    return extended(robot, c.definition, c.joints, c.constants, values)
+        return with_torques_scaled(robot, c.joints[0], 1 / (1 + values[0]))
+    problem = together.problem
+    names = (name for name, _ in coefficient_names(problem.robot, c))
+    known = {} if problem.is_fixed else dict(zip(names, values, strict=False))
+    return extended(robot, c.definition, c.joints, c.constants, known)
 
 
 def coefficient_names(robot: Robot, c: Candidate) -> Sequence[tuple[str, str]]:

@@ -80,7 +80,9 @@ def _written(robot: Robot) -> dict[str, object]:
     out: dict[str, object] = {}
     for joint in robot.joints:
         for key in ("theta", "d", "r", "b"):
-            out[f"{key} of {robot.label(joint.number)}"] = getattr(joint, key)
+            value = getattr(joint, key)
+            text = f"{float(value):.6g}" if value.is_number else str(value)
+            out[f"{key} of {robot.label(joint.number)}"] = text
     for key in ("torque_constant", "gain", "ratio"):
         values = getattr(robot.drive, key, None)
         each = np.ones(robot.n) if values is None else np.array(values)
@@ -160,7 +162,8 @@ def advice_of(
         if e.adopted and row.advice:
             out.append(f"{placed(e, robot)}: {row.says}; {row.advice}")
     out += [tie(e, robot) for e in effects if e.indistinguishable_from and e.separate]
-    if verdict in ("unexplained", "partly-explained"):
+    suspected = any(not e.adopted for e in effects)
+    if verdict in ("unexplained", "partly-explained") and not suspected:
         out.append(
             f"no known effect explains the remaining torque error of {percent(after.total)} in "
             "motion: the plots of the residual in report.html show what it depends on"

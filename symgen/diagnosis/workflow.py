@@ -84,6 +84,7 @@ from symgen.runtime.evaluator import Evaluator
 
 _LISTED = 12  # largest number of listed rejected candidates
 _SATURATION = "saturation"
+_NO_BETTER = "the fit of identify without it has no larger torque error on the validation data"
 _MANY = 2  # number of effects above which they are first judged without another search
 
 
@@ -355,7 +356,8 @@ def _measured(
         _torques(x.chosen.run.evaluator, x.estimate.X, x.chosen.run.held) for x in (first, promised)
     )
     held, corrected = promised.chosen.run.held, None
-    if adopted.undeclared or contacts:
+    delays = adopted.delays if promised.chosen.run.delays else ()
+    if contacts or {*adopted.undeclared} - {*delays}:
         held = problem.without(contacts).held
         after = together.torques(held)
         corrected = compared(held, after, case.robot)
@@ -420,6 +422,10 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
     result, robot, least = adopted.result, case.robot, case.least
     contacts = _contacts(first, adopted)
     gaps = _measured(case, first, adopted, contacts)
+    if gaps.corrected is not None and gaps.explained.total >= gaps.moving.after.total:
+        adopted = adopted.without_columns(_NO_BETTER)
+        result = adopted.result
+        gaps = _measured(case, first, adopted, contacts)
     last = None if gaps.promised is None else gaps.promised.chosen.run
     suspected = _suspected(adopted, contacts, least)
     clipped = _saturation(gaps.promised, least)
@@ -469,7 +475,7 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
         values=tuple(map(float, values)),
         repairs=repairs,
         mended=() if first is None else _mended(case, first.chosen.run),
-        band=result.problem.logs[0].band,
+        band=result.problem.logs[0].band if gaps.promised is None else gaps.promised.estimate.band,
     )
     return with_stiffness(diagnosis, robot, stiffnesses(result.problem.base))
 
@@ -516,7 +522,8 @@ def _verdict(
     if gaps.corrected is None:
         explained = explained and EFFECT_MISSING not in kinds
     if not any(e.adopted for e in effects):
-        return "consistent" if explained and not effects else "unexplained"
+        sound = explained and not effects and gaps.trusted is not False
+        return "consistent" if sound else "unexplained"
     if gaps.corrected is None:
         explained = explained and gaps.trusted is not False
     return "explained" if explained else "partly-explained"
@@ -530,7 +537,8 @@ def _recorder_is_chief(adopted: Adopted, clipped: float) -> bool:
         clipped: part of the squared error that clipped torques cause.
     """
     result = adopted.result
-    faults = [x for x in adopted.undeclared if x.definition.side == RECORDER]
+    wrong = (x for x in adopted.undeclared if x not in adopted.delays)
+    faults = [x for x in wrong if x.definition.side == RECORDER]
     if not faults and not clipped:
         return False
     others = [x for x in result.items if x not in faults]
@@ -539,7 +547,7 @@ def _recorder_is_chief(adopted: Adopted, clipped: float) -> bool:
         relative_error(*held_squares(result, items), sigma).relative ** 2
         for items in ([], others, result.items)
     )
-    masked = first * clipped / max(1 - clipped, TINY)
+    masked = last * clipped / max(1 - clipped, TINY)
     remaining = math.sqrt(last / max(without + masked, TINY))
     by_faults, closed = without - last + masked, first - last + masked
     return by_faults >= CHIEFLY * closed and 1 - remaining >= WORTH
@@ -555,7 +563,8 @@ def _notes(
 ) -> tuple[str, ...]:
     """Return notes on the logs, on the numbers, and on what the extended robot lacks."""
     opened, source = case.opened, case.source
-    band = adopted.result.problem.logs[0].band
+    logs = adopted.result.problem.logs
+    band = logs[0].band if gaps.promised is None else gaps.promised.chosen.run.band
     out = [note for s in (*opened.train, *opened.held) for note in s.notes]
     out += [*(r.in_words for r in repairs), f"band: {band.in_words()}"]
     if isinstance(opened, LongLogs):

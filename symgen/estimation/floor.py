@@ -26,10 +26,9 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import TorqueFit, percent
 from symgen.estimation.values import SEED, FloatArray
+from symgen.policy import NOISES, VISIBLE
 from symgen.runtime.evaluator import Evaluator
 
-#: A gap is visible above these multiples of the noise floor and of the smallest gap that matters.
-_LOUD, _VISIBLE = 3.0, 2.0
 #: Largest ratio of the noise density in one octave to that in the next. It is 0.4 to 10 in logs of
 #: six robots, and at least 75 in torques after a second-order low-pass.
 _STEEP = 30.0
@@ -104,12 +103,12 @@ def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) 
 
 def quiet(gap: Sequence[float], noise: Sequence[float], least: float) -> bool:
     """Return whether no joint has a visible gap, above three noise floors and twice `least`."""
-    return not above_noise(gap, noise, _VISIBLE * least).any()
+    return not above_noise(gap, noise, VISIBLE * least).any()
 
 
 def above_noise(gap: Sequence[float] | FloatArray, noise: Sequence[float], least: float) -> Bools:
     """Return which gaps are above `least` and above three noise floors; an unknown one is 0."""
-    return np.asarray(gap) > np.maximum(_LOUD * np.nan_to_num(noise), least)
+    return np.asarray(gap) > np.maximum(NOISES * np.nan_to_num(noise), least)
 
 
 def noise_accounts(noise: float, error: float) -> str:

@@ -31,6 +31,7 @@ from symgen.runtime.evaluator import Evaluator
 MANY = 10.0
 #: Percentages from here on are whole numbers; smaller ones have three digits.
 _WHOLE_PERCENT = 99.95
+_NOTHING = 1e-300  # smallest sum of squares to divide by
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +133,7 @@ def relative_error(
     """Return ||error|| / ||size||, total and by joint.
 
     A joint without torque, such as one without a motor, does not count in the total. Its error is
-    compared with the torque of all joints of its kind.
+    compared with the torque of all joints of its kind, or of all joints if its kind has none.
 
     Args:
         error, size: (m,) sums of squares.
@@ -146,7 +147,8 @@ def relative_error(
     slides = _slides(sigma, len(size))
     # np.max keeps NaN, which is an unknown noise floor.
     total = math.sqrt(float(np.max([parts[slides].sum(), parts[~slides].sum()])))
-    each = np.sqrt(error / np.where(size > 0, size, kind_size))
+    of_others = np.where(kind_size > _NOTHING, kind_size, max(float(size.sum()), _NOTHING))
+    each = np.sqrt(error / np.where(size > 0, size, of_others))
     return Residual(total, tuple(map(float, each)) if by_joint else None)
 
 
@@ -164,7 +166,7 @@ def size_of_kind(size: FloatArray, sigma: Sequence[int] = ()) -> FloatArray:
     """
     slides = _slides(sigma, len(size))
     sums = np.where(slides, size[slides].sum(), size[~slides].sum())
-    return np.asarray(np.maximum(sums, 1e-300))
+    return np.asarray(np.maximum(sums, _NOTHING))
 
 
 def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Residual:

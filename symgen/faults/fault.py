@@ -66,6 +66,27 @@ def delay_of(fault: Fault) -> float:
     return sum(value for name, value, _ in fault.values if name == "DT")
 
 
+def shifted_torques(channel: str, delay: float, std: float = math.nan, who: str = "") -> Fault:
+    """Return the repair of late torques in all logs.
+
+    Args:
+        channel: "tau" for all joints, or "tau2, tau4".
+        delay: s by which they are late.
+        std: its standard deviation.
+        who: text with the joints.
+    """
+    word = "late" if delay > 0 else "early"
+    joints = who or ("all joints" if channel == "tau" else channel)
+    return Fault(
+        EVERYWHERE,
+        channel,
+        f"the torques of {joints} are {1e3 * abs(delay):.3g} ms {word} against the motion",
+        done="shifted",
+        values=(("DT", delay, std),),
+        kind="delay",
+    )
+
+
 def torques_of(fault: Fault) -> list[int] | None:
     """Return the positions of the torque channels of a fault; None for all."""
     if fault.channel == "tau":

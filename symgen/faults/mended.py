@@ -59,21 +59,17 @@ def mended_channels(
         for key, kind in _KINDS.items():
             for j in range(len(sigma) if getattr(before, key) is not None else 0):
                 channel = f"{key}{j + 1}"
-                fault = _fault_of((channel, key, "all"), here)
-                drawn = None if fault is None else _around_change(before, after, key, j)
-                if fault is not None and drawn is not None:
-                    says = fault.in_words.removeprefix(f"{fault.log}: {fault.channel}: ")
+                named = [f for name in (channel, key, "all") for f in here if name in _channels(f)]
+                drawn = _around_change(before, after, key, j) if named else None
+                if drawn is not None:
+                    head = f"{named[0].log}: {named[0].channel}: "
+                    says = named[0].in_words.removeprefix(head)
                     unit = effect_unit(kind, sigma[j])
                     yield MendedChannel(before.name, channel, says, unit, *drawn)
 
 
-def _fault_of(names: Sequence[str], faults: Sequence[Fault]) -> Fault | None:
-    """Return the fault of a channel; `names` are those of the channel, the narrowest first."""
-    for name in names:
-        for fault in faults:
-            if name in fault.channel.split(", "):
-                return fault
-    return None
+def _channels(fault: Fault) -> list[str]:
+    return fault.channel.split(", ")
 
 
 def largest_repairs(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, ...]:

@@ -18,13 +18,10 @@ from symgen.hypotheses.problem import Stage, make_problem
 from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.search import search
 from symgen.parallel import Say, silent
-from symgen.policy import LEAST, SHOWN
+from symgen.policy import LEAST, SHOWN, STEPS
 from symgen.robot.effect import PHYSICS
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
-
-#: Largest number of hypotheses that `identify` adds; `diagnose` has no limit.
-STEPS = 3
 
 
 @dataclass(frozen=True, eq=False)

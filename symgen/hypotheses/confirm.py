@@ -78,7 +78,7 @@ def confirm(result: SearchResult, least: float = LEAST) -> tuple[SearchResult, t
     out: list[Weighed] = []
     if repeats_motion(result.declared.logs, result.declared.held):
         free = [x for x in items if x.cause.measured]
-        out = [Weighed(x, reason=REPEATED) for x in items if x not in free]
+        out = [replace(_on_training(x), reason=REPEATED) for x in items if x not in free]
         items = free
     while items:
         weighed = _weigh(result, items, least)
@@ -139,8 +139,7 @@ def _weigh(result: SearchResult, items: Sequence[Judged], least: float) -> list[
         without, size_without = held_squares(result, leave_out(items, item))
         if isinstance(item, Contact) or np.array_equal(without, squares):
             # It changes the training logs alone: the held-out score of the search decides.
-            share = max(1.0 - item.gain, 0.0)
-            out.append(Weighed(item, item.worth, float(np.sqrt(share))))
+            out.append(_on_training(item))
             continue
         before = relative_error(without, size_without, sigma)
         was = np.array(before.per_joint)
@@ -170,6 +169,12 @@ def _weigh(result: SearchResult, items: Sequence[Judged], least: float) -> list[
         rose = max(float(rise.max()), 0.0)
         out.append(Weighed(item, fell - rose, remaining, reason))
     return out
+
+
+def _on_training(item: Judged) -> Weighed:
+    """Return the grade of an item by the held-out score of the search."""
+    share = max(1.0 - item.gain, 0.0)
+    return Weighed(item, item.worth, float(np.sqrt(share)))
 
 
 def _floor(result: SearchResult) -> FloatArray:

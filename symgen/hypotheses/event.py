@@ -27,14 +27,13 @@ from symgen.faults.undo import left_out
 from symgen.hypotheses.judged import Hypothesis, Judged, Size
 from symgen.hypotheses.score import (
     FREEDOM,
-    TEMPERATURE,
     TINY,
     Key,
     PredictiveScore,
     ScoreFit,
     worth_and_gain,
 )
-from symgen.policy import MISFIT
+from symgen.policy import MISFIT, TEMPERATURE
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 

@@ -29,14 +29,13 @@ from symgen.data.mask import touched
 from symgen.errors import IdentificationError
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
+from symgen.policy import NEAR, REPEATED, TEMPERATURE
 
 #: Columns (K, m) on joints, by position of the movable joint.
 Columns = Mapping[int, FloatArray]
 #: Name and joints of a hypothesis.
 Key = tuple[str, tuple[int, ...]]
 FOLDS = 6
-#: Temperature of all scores: number of correlated rows that count as one, at four rows a period.
-TEMPERATURE = 4.0
 FREEDOM = 3.0  # degrees of freedom of Student's t, the prior of sizes
 #: Digits of log-odds in comparisons: of hypotheses that fit alike, the first one counts.
 DIGITS = 6
@@ -44,8 +43,6 @@ _REGIONS = 12  # number of regions of state that form the folds
 _ROUNDS, _SEED = 30, 1988  # of Lloyd's algorithm
 _SEPARATION = 0.5  # distance between rows of two folds, in periods of the comparison band
 _LOST = 0.5  # largest part of the rows that may be lost between folds
-#: Distance of equal states, in standard deviations; part of equal states in a repeated motion.
-_SAME, _REPEATED = 0.05, 0.9
 _DEPENDENT = 1e-9  # regularisation of products of unit columns, which may be dependent
 #: Smallest divisor, for quantities that may be zero.
 TINY = 1e-300
@@ -140,8 +137,8 @@ def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -
     known = np.concatenate([states(log, slice(None, None, log.stride)) for log in logs])
     other = np.concatenate([states(log, log.kept) for log in others])
     spread = np.maximum(known.std(axis=0), TINY) * np.sqrt(known.shape[1])
-    far, _ = cKDTree(known / spread).query(other / spread, distance_upper_bound=_SAME)
-    return bool(np.mean(far < _SAME) > _REPEATED)
+    far, _ = cKDTree(known / spread).query(other / spread, distance_upper_bound=NEAR)
+    return bool(np.mean(far < NEAR) > REPEATED)
 
 
 def everywhere(torque: FloatArray) -> Columns:
@@ -437,7 +434,7 @@ class PredictiveScore:
         B = _of_others(CR)  # (folds + 1, N, m, p)
         flat = B.reshape(len(B), count * m, -1)
         HB = (flat @ self._inverse).reshape(B.shape)
-        rows = np.sqrt(self.counts.sum(axis=1))
+        rows = np.sqrt(np.maximum(self.counts.sum(axis=1), TINY))
         expected = np.broadcast_to(size / np.max(self.sigma[joints] / rows[joints]), count)
         loose = (_DEPENDENT + expected**-2.0)[:, None, None] * np.eye(m)
         S = _of_others(CC) - HB @ B.swapaxes(2, 3) + loose

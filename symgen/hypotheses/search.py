@@ -45,12 +45,8 @@ from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
 from symgen.hypotheses.trials import exact_change, exact_gravity, motion_trials, torque_trials
 from symgen.parallel import Say, silent
-from symgen.policy import APART, LEAST, LOUD, SHOWN, SURE
+from symgen.policy import ALIKE, APART, LEAST, LISTED, LOUD, SAME, SHOWN, SURE
 
-#: Correlation above which two effects are one class, and above which they are alternatives.
-_SAME, _ALIKE = 0.98, 0.8
-#: Probability above which an alternative is listed.
-_LISTED = 0.05
 #: Ratio of the prior std of a size to the expected size. It limits undetermined coefficients.
 _LOOSE = 10.0
 
@@ -262,12 +258,12 @@ class _Judge:
             for s in self.options(stage, frozenset(effect.columns)):
                 if s.key in result.keys:
                     continue
-                if s.odds < again.odds + math.log(_LISTED):
+                if s.odds < again.odds + math.log(LISTED):
                     break
                 alike = _correlation(e, explained(stage.rows, s.columns))
-                if alike > _ALIKE:
+                if alike > ALIKE:
                     rivals.append((alike, s))
-            first = _simplest(again, [s for alike, s in rivals if alike > _SAME])
+            first = _simplest(again, [s for alike, s in rivals if alike > SAME])
             if first is not again:
                 rivals = [(alike, again if s is first else s) for alike, s in rivals]
                 again = _refined(stage, first)
@@ -275,8 +271,8 @@ class _Judge:
             same, *weights, _ = softmax(odds).tolist()
             alternatives = []
             for weight, (alike, s) in zip(weights, rivals, strict=True):
-                same += weight * (alike > _SAME)
-                if weight > _LISTED:
+                same += weight * (alike > SAME)
+                if weight > LISTED:
                     alternatives.append(replace(s, probability=weight))
             out.append(replace(again, probability=same, alike=tuple(alternatives)))
         return out

@@ -21,11 +21,9 @@ from symgen.estimation.solve import weighed
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.rows import Rows
+from symgen.policy import DEFLECTS
 
 NAME = "joint_elasticity"
-#: Smallest share of the torque, without rotor and friction, that the deflection has to explain.
-#: Noise of q - qs lowers this share as much as it lowers K.
-_SURE = 0.95
 _NAMES = ("K", "D", "IA", "FS", "FV", "OF")
 
 
@@ -80,7 +78,7 @@ def _stiffness(evidence: Rows, j: int) -> Stiffness:
     basis = np.linalg.qr(system.W[:, 1:])[0]
     column, torque = (x - basis @ (basis.T @ x) for x in (system.W[:, 0], torques))
     shared = float(column @ torque / (np.linalg.norm(column) * np.linalg.norm(torque)))
-    if shared < math.sqrt(_SURE):
+    if shared < math.sqrt(DEFLECTS):
         fault = "its torque does not follow q - qs: check their units and the gear ratio"
         return Stiffness(j, fault=fault)
     X, std = solution.X, solution.std

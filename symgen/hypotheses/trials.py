@@ -36,8 +36,8 @@ from symgen.hypotheses.changes import (
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.rows import fitted
-from symgen.hypotheses.score import DIGITS, TEMPERATURE, ScoreFit, worth_and_gain
-from symgen.policy import SURE
+from symgen.hypotheses.score import DIGITS, ScoreFit, worth_and_gain
+from symgen.policy import SURE, TEMPERATURE
 from symgen.symbolic.variation import variation
 
 #: Duration of each log for trials of the motion, and for trials of gravity alone, s.

@@ -36,7 +36,7 @@ from symgen.estimation.solve import (
 from symgen.estimation.summary import Blocks, block_summary, summaries
 from symgen.estimation.torque_error import TorqueFit, fit, percent
 from symgen.estimation.values import FloatArray, Reason
-from symgen.faults.fault import EVERYWHERE, Fault
+from symgen.faults.fault import Fault, shifted_torques
 from symgen.faults.logs import join_bands
 from symgen.faults.samples import unmended_faults
 from symgen.hypotheses.ask import ask
@@ -67,6 +67,7 @@ _COMPARED = EquationModel("torque", 0.0)
 _PREFERRED = ("momentum", "energy", "torque")
 #: Factor of the information of a prior that has no effect.
 _NONE = 1e-9
+_ROUNDS = 3  # most searches; each may find a fault that the ones before hid
 #: Two speeds are proportional if the sine of the angle between them is below this.
 PROPORTIONAL = 0.03
 
@@ -171,14 +172,15 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -
     broken = tuple(Reason(BROKEN, text=f.fault) for f in every)
     if broken:
         return replace(run, shown=broken)
-    answer = ask(run.evaluator, run.train, run.held, least, opened.progress)
-    if answer.delays:
-        run = _in_better_band(opened, _shifted(run, answer.delays), cutoff)
+    for _ in range(_ROUNDS):
         answer = ask(run.evaluator, run.train, run.held, least, opened.progress)
-        run = _shifted(run, answer.delays)  # of joints that the first delay hid
-    undone = bool(run.delays or answer.contacts)
+        if not (answer.delays or answer.contacts):
+            break
+        run = _without(_shifted(run, answer.delays), answer.contacts)
+        if answer.delays:
+            run = _in_better_band(opened, run, cutoff)
+    undone = bool(run.delays or run.contacts)
     run = replace(run, asked=None if undone else answer.result)
-    run = _without(run, answer.contacts)
     # The filter spreads masked samples slightly into the rows around them.
     masked = any(log.mask is not None for log in run.logs)
     largest = 0.0 if masked else answer.largest_fold_error
@@ -196,7 +198,7 @@ def _in_better_band(opened: OpenLogs, run: Run, cutoff: float | None) -> Run:
         return run
     train, held = ([log.samples for log in group] for group in (run.train, run.held))
     again = filter_in_band(replace(opened, train=train, held=held, repairs=()), cutoff)
-    return replace(again, repairs=run.repairs, delays=run.delays)
+    return replace(again, repairs=run.repairs, delays=run.delays, contacts=run.contacts)
 
 
 def _without(run: Run, contacts: Sequence[Contact]) -> Run:
@@ -216,7 +218,7 @@ def _without(run: Run, contacts: Sequence[Contact]) -> Run:
         train, held = (tuple(map(span.mask, group)) for group in (run.train, run.held))
         repairs = (*run.repairs, fault)
         run = replace(run, train=train, held=held, repairs=repairs)
-    return replace(run, contacts=tuple(contacts))
+    return replace(run, contacts=(*run.contacts, *contacts))
 
 
 def _shifted(run: Run, delays: Sequence[Changed]) -> Run:
@@ -237,20 +239,11 @@ def _shifted(run: Run, delays: Sequence[Changed]) -> Run:
 def _shift(item: Changed, run: Run) -> Fault:
     """Return the repair of a delay of torques."""
     change, robot = item.cause, run.evaluator.model.robot
-    word = "late" if change.delay > 0 else "early"
+    channel = ", ".join(f"tau{j + 1}" for j in change.joints) or "tau"
     joints = robot.listed(change.joints) if change.joints else "all joints"
-    milliseconds = 1e3 * abs(change.delay)
-    return Fault(
-        EVERYWHERE,
-        ", ".join(f"tau{j + 1}" for j in change.joints) or "tau",
-        f"the torques of {joints} are {milliseconds:.3g} ms {word} against the motion",
-        samples=sum(len(log.t) for log in run.logs),
-        done="shifted",
-        values=(("DT", change.delay, change.sizes[0].std),),
-        kind="delay",
-        joints=change.joints,
-        gap_reduction=item.gain,
-    )
+    fault = shifted_torques(channel, change.delay, change.sizes[0].std, joints)
+    samples = sum(len(log.t) for log in run.logs)
+    return replace(fault, samples=samples, joints=change.joints, gap_reduction=item.gain)
 
 
 @dataclass(frozen=True, eq=False)

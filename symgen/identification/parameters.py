@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,7 +20,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.estimators import Prior
 from symgen.estimation.system import torque_at
 from symgen.estimation.values import FloatArray
-from symgen.faults.fault import Fault
+from symgen.faults.fault import Fault, shifted_torques
 from symgen.files import load_json, load_toml
 from symgen.identification.estimate import MARKER, READ, Estimate, read_estimate
 from symgen.robot.imported import FORMATS
@@ -30,6 +31,7 @@ from symgen.schemas import from_json, result_file
 
 #: Name of the file of parameters in the folder of a diagnosis.
 PARAMETERS = "parameters.toml"
+_TORQUES = re.compile(r"tau|tau\d+(, tau\d+)*")
 _SAME = 1e-6  # m or rad, tolerance between the frames of two files of one robot
 
 
@@ -43,6 +45,7 @@ class KnownParameters:
         named: value and standard deviation (or None) of each parameter in that file, by name.
         estimate: estimate in that file; None for TOML and robot files.
         band: filters of the run that estimated the parameters; None if the file has none.
+        shifts: shifts of the torques of all logs in that run.
     """
 
     file: Path
@@ -50,11 +53,7 @@ class KnownParameters:
     named: Mapping[str, tuple[Any, Any]]
     estimate: Estimate | None
     band: Band | None
-
-    @property
-    def shifts(self) -> tuple[Fault, ...]:
-        """Shifts of the torques of all logs in the run of the estimate."""
-        return () if self.estimate is None else self.estimate.shifts
+    shifts: tuple[Fault, ...] = ()
 
 
 def read_known(path: str | Path, model: Model) -> KnownParameters:
@@ -71,8 +70,11 @@ def read_known(path: str | Path, model: Model) -> KnownParameters:
     X, file = _base(named, model, path), parameters_file(path)
     if file.suffix == ".json":
         estimate = read_estimate(file)
-        return KnownParameters(file, X, named, estimate, estimate.band)
-    return KnownParameters(file, X, named, None, _band(file) if file.suffix == ".toml" else None)
+        return KnownParameters(file, X, named, estimate, estimate.band, estimate.shifts)
+    if file.suffix != ".toml":
+        return KnownParameters(file, X, named, None, None)
+    content = load_toml(file.read_text(encoding="utf-8-sig"))
+    return KnownParameters(file, X, named, None, _band(content, file), _shifts(content, file))
 
 
 def parameters_file(path: str | Path) -> Path:
@@ -82,14 +84,31 @@ def parameters_file(path: str | Path) -> Path:
     return diagnosed if Path(path).is_dir() and not file.exists() and diagnosed.exists() else file
 
 
-def _band(file: Path) -> Band | None:
+def _band(content: Mapping[str, Any], file: Path) -> Band | None:
     """Return the table [band] of a TOML file that `diagnose` wrote; None without one.
 
     Raises:
         ParameterError: the table is damaged.
     """
-    content = load_toml(file.read_text(encoding="utf-8-sig")).get("band")
-    return from_json(Band, content, file) if isinstance(content, dict) else None
+    band = content.get("band")
+    return from_json(Band, band, file) if isinstance(band, dict) else None
+
+
+def _shifts(content: Mapping[str, Any], file: Path) -> tuple[Fault, ...]:
+    """Return the table [delays] of a TOML file that `diagnose` wrote, as repairs.
+
+    Raises:
+        ParameterError: the table is damaged.
+    """
+    delays = content.get("delays", {})
+    known = isinstance(delays, dict) and all(
+        _TORQUES.fullmatch(channel) and isinstance(seconds, float)
+        for channel, seconds in delays.items()
+    )
+    if not known:
+        what = 'accepted: torque channels with seconds, such as tau = 0.01 or "tau1, tau3" = 0.02'
+        raise ParameterError(f"{file}: damaged at [delays]; {what}")
+    return tuple(shifted_torques(channel, delay) for channel, delay in delays.items())
 
 
 def read_parameters(path: str | Path, model: Model) -> FloatArray:

@@ -67,7 +67,9 @@ def simulation_use(
     before, _ = _play(evaluator, windows, file_values)
     if horizons:
         reasons += _position_reasons(horizons)
-    elif not reasons:
+    else:
+        before = ()
+    if not (horizons or reasons):
         reasons.append(Reason("not_simulated", text="no held-out motion was simulated"))
     return SimulationUse(
         tuple(reasons),

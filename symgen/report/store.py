@@ -19,6 +19,7 @@ from symgen.experiment import study as studies
 from symgen.experiment.plan import Plan
 from symgen.experiment.playback import SimulationComparison
 from symgen.experiment.study import Study
+from symgen.faults.fault import delay_of
 from symgen.files import json_text, write_folder
 from symgen.identification import curves, prediction
 from symgen.identification import estimate as estimates
@@ -207,7 +208,8 @@ def _diagnosis_files(diagnosis: Diagnosis) -> tuple[Diagnosis, dict[str, bytes]]
     values = {p.name: p.value for p in diagnosis.parameters if math.isfinite(p.value)}
     if values:
         band = None if diagnosis.band is None else as_json(diagnosis.band)
-        files[PARAMETERS] = parameters_toml(values.items(), band).encode()
+        delays = {fault.channel: delay_of(fault) for fault in diagnosis.repairs if delay_of(fault)}
+        files[PARAMETERS] = parameters_toml(values.items(), band, delays).encode()
     # The recipient of the folder can check that its files belong to this diagnosis.
     digests = {path: hashlib.sha256(data).hexdigest() for path, data in sorted(files.items())}
     return replace(diagnosis, digests=digests), files

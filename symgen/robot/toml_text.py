@@ -106,11 +106,19 @@ def _value(value: Any) -> str:
 
 
 def parameters_toml(
-    values: Iterable[tuple[str, float]], band: Mapping[str, Any] | None = None
+    values: Iterable[tuple[str, float]],
+    band: Mapping[str, Any] | None = None,
+    delays: Mapping[str, float] | None = None,
 ) -> str:
-    """Return parameter values, and the filters of their estimate, as the text of a TOML file."""
-    text = f"[parameters]\n{_lines(dict(values))}"
-    return text if band is None else f"{text}\n[band]\n{_lines(band)}"
+    """Return parameter values as the text of a TOML file.
+
+    Args:
+        values: names and values.
+        band: filters of their estimate.
+        delays: delays of torque channels that were undone, s, by channel: "tau" for all, or "tau2".
+    """
+    tables = {"parameters": dict(values), "band": band, "delays": delays}
+    return "\n".join(f"[{name}]\n{_lines(table)}" for name, table in tables.items() if table)
 
 
 def _decimal(expr: sp.Expr) -> str | None:

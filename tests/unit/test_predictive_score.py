@@ -8,7 +8,8 @@ import pytest
 from symgen.data.signals import Samples
 from symgen.estimation.filtered_log import FilteredLog, unfiltered
 from symgen.hypotheses.event import likeliest_contact
-from symgen.hypotheses.score import FOLDS, TEMPERATURE, PredictiveScore, motion_folds
+from symgen.hypotheses.score import FOLDS, PredictiveScore, motion_folds
+from symgen.policy import TEMPERATURE
 
 K, N, P = 240, 2, 5
 
