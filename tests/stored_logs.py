@@ -46,3 +46,12 @@ def stored(name: str) -> Stored:
 def made(name: str, log: Channels) -> symgen.Log:
     """Return arrays as a log."""
     return symgen.make_log(name, log["t"], log["q"], log["tau"], log.get("qd"), qs=log.get("qs"))
+
+
+def save(name: str, folder: Path) -> list[str]:
+    """Write the robot file and both logs of a case; return the arguments that name them."""
+    (folder / "robot.toml").write_text(str(np.load(LOGS / f"{name}.npz")["robot"]), "utf-8")
+    case = stored(name)
+    for kind, log in (("train", case.train), ("test", case.test)):
+        np.savez(folder / f"{kind}.npz", **log)
+    return ["robot.toml", "train.npz", "--validation", "test.npz"]
