@@ -91,8 +91,8 @@ class FoundEffect:
         probability: probability that this effect, or one that the data cannot distinguish from it,
             is present.
         torque_rms: RMS of its torque on its joint, N m or N.
-        adopted: whether it lowers the error on the validation logs. The extended robot contains
-            only adopted effects.
+        adopted: whether it holds in the fit of `identify`. The extended robot contains only
+            adopted effects.
         shown: whether it is shown as the cause, because it removes at least half of its joint's
             error above the noise floor.
     """
@@ -163,8 +163,8 @@ class Diagnosis(Viewable):
         verdict: one of VERDICTS.
         cutoff_hz: cutoff of the low-pass for all torques, Hz; None if no low-pass fits.
         metric: the quantity that the gap measures: "torque".
-        before, after, floor: gap of the declared and of the extended model, and noise floor, on
-            held-out data.
+        before, after, floor: torque error that `identify` prints of the declared and of the
+            extended robot, and noise floor, on held-out data.
         moving: the same for joints in motion; None in an older file.
         corrected: the gap after of joints in motion, with effects that no robot file can hold; None
             if there are none.
@@ -182,7 +182,7 @@ class Diagnosis(Viewable):
         parameters: base parameters of the extended robot, in the order of X.
         declared: the robot as its file declares it.
         values: base parameters X of the declared model.
-        repairs: repairs of the logs.
+        repairs: repairs of the logs, as `identify` makes them; they are no effects.
         digests: SHA-256 of the other files of the result folder.
         mended: the channels that repairs changed most, for plots.
         band: filters of the logs.

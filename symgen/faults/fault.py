@@ -33,7 +33,7 @@ class Fault:
         kind: kind of the fault, for programs, such as "converted" of a column in other units.
         gap_reduction: share of the squared torque error that the correction removes; NaN if it is
             unknown.
-        value, std: the first of `values`; NaN without values.
+        value, std: value and standard deviation of the first of `values`; NaN without values.
         joints: indices of the joints; empty for all.
     """
 
