@@ -20,7 +20,7 @@ import pytest
 from oracles.arm import HANGING, IN_PLANE, sines
 from oracles.planar2r import robot_toml
 from stored_logs import LOGS, save, stored
-from studies.promise_study import prepare, symgen
+from studies.promise_study import DEVIATIONS, adopted, prepare, symgen
 from support import data_folder
 
 #: Three digits of a printed number.
@@ -42,6 +42,8 @@ class Run:
         delivered: exit code and error of the printed line, and the error of the declared file.
         predicted: error that predict prints of the written robot; None with several logs.
         declared: estimate.json of the declared file.
+        distances: of each adopted effect in the written file from zero in the last estimate, in
+            deviations of one coefficient; None where a coefficient has no name there.
     """
 
     diagnosis: Row
@@ -49,6 +51,7 @@ class Run:
     delivered: Row
     predicted: float | None
     declared: Row
+    distances: dict[str, float | None]
 
 
 def attempt(
@@ -69,11 +72,12 @@ def attempt(
     code, out = call(["diagnose", *words, "--into", "why"])
     diagnosis, declared = read("why/diagnosis.json"), read("declared/estimate.json")
     line = re.search(r"^next: symgen (identify .*)$", out, re.MULTILINE)
-    estimate, last_code = declared, declared_code
+    into, last_code = "declared", declared_code
     if line:
         typed = shlex.split(line[1])
         last_code, _ = call(typed)
-        estimate = read(f"{typed[typed.index('--into') + 1]}/estimate.json")
+        into = typed[typed.index("--into") + 1]
+    estimate = read(f"{into}/estimate.json")
     gap = diagnosis["gap"]["in_motion"]
     before, after = (e["torque_residual_in_motion"]["relative"] for e in (declared, estimate))
     said = {"exit": code, "before": gap["before"]["total"], "after": gap["after"]["total"]}
@@ -85,7 +89,9 @@ def attempt(
         prediction = read("prediction/prediction.json")
         predicted = prediction["torque_error_in_motion"]["relative"]
     print(folder.name, diagnosis["verdict"], said, delivered, predicted)
-    return Run(diagnosis, said, delivered, predicted, declared)
+    held = [e for e in diagnosis["effects"] if e["adopted"] and e["in_robot_toml"]]
+    distances = {f"{e['name']} {e['joints']}": adopted(e, folder / into)["wald"] for e in held}
+    return Run(diagnosis, said, delivered, predicted, declared, distances)
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +131,13 @@ def test_predict_prints_the_number_of_the_diagnosis(whole: Run) -> None:
     if whole.predicted is None:
         pytest.skip("predict reads one log")
     assert whole.predicted == pytest.approx(whole.said["after"], rel=DIGITS)
+
+
+@pytest.mark.slow
+@CASES
+def test_no_adopted_effect_is_within_three_deviations_of_zero(whole: Run) -> None:
+    print(whole.distances)
+    assert all(x is None or x > DEVIATIONS for x in whole.distances.values())
 
 
 @pytest.fixture
