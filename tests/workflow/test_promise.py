@@ -6,11 +6,14 @@ the gap before is the error of identify with the declared file, and the exit cod
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import shlex
 import shutil
+import sys
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,12 +26,15 @@ from stored_logs import LOGS, save, stored
 from studies.promise_study import DEVIATIONS, adopted, prepare, symgen
 from support import data_folder
 
+from symgen import cli
+
 #: Three digits of a printed number.
 DIGITS = 1e-3
 STORED = [file.stem for file in sorted(LOGS.glob("*.npz")) if not stored(file.stem).parameters]
 RIGS = "acromonk aliengo_leg dp_c0 emps kr300 panda30 tx40 ur10 ur10e".split()
 WORDS = ["robot.toml", "train.npz", "--validation", "test.npz"]
-Command = Callable[..., tuple[int, str, str]]
+#: Delay of torques, s.
+DELAY = 0.012
 Row = dict[str, Any]
 
 
@@ -140,63 +146,71 @@ def test_no_adopted_effect_is_within_three_deviations_of_zero(whole: Run) -> Non
     assert all(x is None or x > DEVIATIONS for x in whole.distances.values())
 
 
-@pytest.fixture
-def attempted(
-    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Callable[[Callable[[Row], np.ndarray]], Run]:
-    """Run the commands on an arm in a vertical plane whose torques a function makes."""
+def late(log: Row) -> np.ndarray:
+    """Return torques that come DELAY late."""
+    t = log["t"]
+    return np.column_stack([np.interp(t - DELAY, t, tau) for tau in log["tau"].T])
 
-    def made(torques: Callable[[Row], np.ndarray]) -> Run:
-        (tmp_path / "robot.toml").write_text(robot_toml("arm", gravity=IN_PLANE), "utf-8")
-        for seed, name in ((1, "train"), (2, "test")):
-            rng, t = np.random.default_rng(seed), np.arange(0, 12, 0.01)
-            phase = rng.uniform(0, 6, (2, 2))
-            motion = sines(t, [[0.8, 0.6], [0.3, 0.4]], [[1.1, 1.7], [2.9, 4.3]], phase)
-            t, q, tau, qd = HANGING.recorded(t, motion, rng)
-            log = {"t": t, "q": q, "tau": tau, "qd": qd}
-            np.savez(tmp_path / f"{name}.npz", **log | {"tau": torques(log)})
-        monkeypatch.chdir(tmp_path)
+
+#: Torques of an arm in a vertical plane, made from its log without a fault.
+TORQUES: dict[str, Callable[[Row], np.ndarray]] = {
+    "spring": lambda x: x["tau"] + np.outer(0.8 * (x["q"][:, 1] - 0.2), [0.0, 1.0]),
+    "turned": lambda x: x["tau"] * [1.0, -1.0],
+    "late": late,
+}
+
+
+@pytest.fixture(scope="module")
+def arm(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Run]:
+    """Run the commands in this process, in a folder of their own, on the logs of the arm."""
+    folder = tmp_path_factory.mktemp(request.param)
+    (folder / "robot.toml").write_text(robot_toml("arm", gravity=IN_PLANE), "utf-8")
+    for seed, name in ((1, "train"), (2, "test")):
+        rng, t = np.random.default_rng(seed), np.arange(0, 12, 0.01)
+        phase = rng.uniform(0, 6, (2, 2))
+        motion = sines(t, [[0.8, 0.6], [0.3, 0.4]], [[1.1, 1.7], [2.9, 4.3]], phase)
+        t, q, tau, qd = HANGING.recorded(t, motion, rng)
+        log = {"t": t, "q": q, "tau": tau, "qd": qd}
+        np.savez(folder / f"{name}.npz", **log | {"tau": TORQUES[request.param](log)})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
 
         def call(words: Sequence[str]) -> tuple[int, str]:
-            code, out, err = command(*words)
-            assert code in (0, 1), err
-            return code, out
+            patch.setattr(sys, "argv", ["symgen", *words])
+            out = io.StringIO()
+            with redirect_stdout(out), pytest.raises(SystemExit) as caught:
+                cli.main()
+            assert caught.value.code in (0, 1), out.getvalue()
+            return int(caught.value.code), out.getvalue()
 
-        return attempt(call, tmp_path, WORDS)
-
-    return made
-
-
-def test_a_spring_is_promised_delivered_and_predicted(attempted) -> None:
-    run = attempted(lambda x: x["tau"] + np.outer(0.8 * (x["q"][:, 1] - 0.2), [0.0, 1.0]))
-    assert [e["name"] for e in run.diagnosis["effects"]] == ["gravity_spring"]
-    assert run.said == pytest.approx(run.delivered, rel=DIGITS)
-    assert run.said["exit"] == 0
-    assert run.predicted == pytest.approx(run.said["after"], rel=DIGITS)
+        yield attempt(call, folder, WORDS)
 
 
-def test_a_turned_torque_is_a_gain_of_the_written_file(attempted) -> None:
+@pytest.mark.parametrize("arm", ["spring"], indirect=True)
+def test_a_spring_is_promised_delivered_and_predicted(arm: Run) -> None:
+    assert [e["name"] for e in arm.diagnosis["effects"]] == ["gravity_spring"]
+    assert arm.said == pytest.approx(arm.delivered, rel=DIGITS)
+    assert arm.said["exit"] == 0
+    assert arm.predicted == pytest.approx(arm.said["after"], rel=DIGITS)
+
+
+@pytest.mark.parametrize("arm", ["turned"], indirect=True)
+def test_a_turned_torque_is_a_gain_of_the_written_file(arm: Run) -> None:
     """Identify with the declared file is doubtful, the written one is trusted."""
-    run = attempted(lambda x: x["tau"] * [1.0, -1.0])
     assert "gain = [1.0, -1.0]" in Path("why/robot.toml").read_text("utf-8")
-    assert run.said == pytest.approx(run.delivered, rel=DIGITS)
-    assert (run.declared["verdict"], run.diagnosis["verdict"]) == ("doubtful", "explained")
-    assert run.said["exit"] == 0
+    assert arm.said == pytest.approx(arm.delivered, rel=DIGITS)
+    assert (arm.declared["verdict"], arm.diagnosis["verdict"]) == ("doubtful", "explained")
+    assert arm.said["exit"] == 0
 
 
-def test_a_delay_is_a_repair_of_both_commands_and_changes_no_verdict(attempted) -> None:
-    delay = 0.012
-
-    def late(x: Row) -> np.ndarray:
-        return np.column_stack([np.interp(x["t"] - delay, x["t"], tau) for tau in x["tau"].T])
-
-    run = attempted(late)
-    assert (run.declared["verdict"], run.diagnosis["verdict"]) == ("trusted", "consistent")
-    assert run.diagnosis["effects"] == []
-    for result in (run.declared, run.diagnosis):
+@pytest.mark.parametrize("arm", ["late"], indirect=True)
+def test_a_delay_is_a_repair_of_both_commands_and_changes_no_verdict(arm: Run) -> None:
+    assert (arm.declared["verdict"], arm.diagnosis["verdict"]) == ("trusted", "consistent")
+    assert arm.diagnosis["effects"] == []
+    for result in (arm.declared, arm.diagnosis):
         (repair,) = result["repairs"]
         assert (repair["kind"], repair["done"]) == ("delay", "shifted")
-        assert repair["value"] == pytest.approx(delay, abs=3 * repair["std"])
+        assert repair["value"] == pytest.approx(DELAY, abs=3 * repair["std"])
         assert repair["gap_reduction"] > 0.9
-    assert run.said == pytest.approx(run.delivered, rel=DIGITS)
-    assert run.predicted == pytest.approx(run.said["after"], rel=DIGITS)
+    assert arm.said == pytest.approx(arm.delivered, rel=DIGITS)
+    assert arm.predicted == pytest.approx(arm.said["after"], rel=DIGITS)
