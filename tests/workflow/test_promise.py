@@ -11,6 +11,7 @@ import json
 import re
 import shlex
 import shutil
+import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stdout
@@ -23,7 +24,7 @@ import pytest
 from oracles.arm import HANGING, IN_PLANE, sines
 from oracles.planar2r import robot_toml
 from stored_logs import LOGS, save, stored
-from studies.promise_study import DEVIATIONS, adopted, prepare, symgen
+from studies.promise_study import DEVIATIONS, adopted, prepare
 from support import data_folder
 
 from symgen import cli
@@ -112,9 +113,10 @@ def whole(
     )
 
     def call(words: Sequence[str]) -> tuple[int, str]:
-        run = symgen(words, folder)
-        assert run.code in (0, 1), run.text
-        return run.code, run.text
+        typed = [sys.executable, "-m", "symgen", *words]
+        run = subprocess.run(typed, cwd=folder, capture_output=True, text=True)
+        assert run.returncode in (0, 1), run.stderr
+        return run.returncode, run.stdout
 
     yield attempt(call, folder, words)
     shutil.rmtree(folder)
