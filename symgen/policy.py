@@ -89,3 +89,12 @@ REPEATED, NEAR = 0.9, 0.05
 DEFLECTS = 0.95
 #: A torque error is visible above these multiples of the noise floor and of what matters.
 NOISES, VISIBLE = 3.0, 2.0
+#: A validation log is a copy of a training log if nine tenths of their torques differ by less than
+#: this number of standard deviations of the noise, or, where it was filtered, by less than this
+#: part of their RMS. Two recordings differ by 1.5 times as much, a real axis by 9.
+COPIED = 1.55
+EQUAL = 1e-3
+#: The torques of a log lack the weight, or the friction, that the robot file states if they have
+#: less than this part of it. A file with a density of the links that is wrong has 8 times as much.
+WEIGHT_LEFT = 0.1
+FRICTION_LEFT = 0.25

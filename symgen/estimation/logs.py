@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,11 +22,13 @@ from symgen.data.log import (
     roles_with_unit,
 )
 from symgen.data.long_logs import Source as Source
+from symgen.data.mask import rms
 from symgen.data.raw import IMU, Reading, read_only, refuse, wanted_by
-from symgen.data.signals import Samples
+from symgen.data.signals import Samples, interpolated, noise_of_differences
 from symgen.errors import LogError, located
 from symgen.estimation.values import FloatArray
 from symgen.names import PRISMATIC
+from symgen.policy import COPIED, EQUAL
 from symgen.robot.tables import Limits
 from symgen.robot.types import Robot
 
@@ -36,6 +39,8 @@ _ABOVE = 1.05  # torque over its limit that gives a note
 _USUALLY = 0.99  # quantile of the speed, without outliers
 #: Share of each log that is held out without a validation log.
 HELD_OUT = 0.2
+#: Number of shifts in time, and of samples, for the comparison of the positions of two logs.
+_SHIFTS = 256
 #: Ending of the name of a held-out part.
 LATE = " (last fifth)"
 
@@ -179,21 +184,29 @@ def hold_out(logs: Sequence[Samples]) -> tuple[list[Samples], list[Samples]]:
 
 
 def require_other_data(train: Sequence[Samples], held_out: Sequence[Samples]) -> None:
-    """Raise LogError if a log appears twice: it would validate nothing, or count double."""
-    known: dict[str, str] = {}
-    for kind, logs, accepted in (
-        ("training", train, "each log once"),
-        ("validation", held_out, "another log, or none (the last fifth is held out then)"),
-    ):
-        for samples in logs:
-            key = samples_digest(samples)
-            if key in known:
-                raise LogError(
-                    f"{samples.name}: the {kind} log holds the same data as the training log "
-                    f"{known[key]}; accepted: {accepted}"
-                )
-            if kind == "training":
-                known[key] = samples.name
+    """Raise LogError if a log is a copy of a training log, shifted in time or resampled.
+
+    It would validate nothing, or count double. The torques of a copy differ by less than those of
+    two recordings with the same noise. A tenth of the samples may be near reversals of friction,
+    which interpolation smooths.
+    """
+    for k, other in enumerate((*train, *held_out)):
+        for log in train[:k]:
+            torque = interpolated(log.t, log.tau)(other.t + _shift(log, other))
+            apart = np.quantile(np.abs(torque - other.tau), 0.9, axis=0)
+            noise = np.maximum(COPIED * noise_of_differences(log.tau), EQUAL * rms(log.tau))
+            if (apart <= noise).all():
+                what = f"{other.name}: holds the same data as the training log {log.name}"
+                refuse(what, "another log, or no validation log (the last fifth is held out then)")
+
+
+def _shift(log: Samples, other: Samples) -> Any:
+    """Return the time, s, after which a log has positions nearest to those of another one."""
+    from scipy.optimize import brute
+
+    known, ends = interpolated(log.t, log.q), log.t[[0, -1]] - other.t[[0, -1]]
+    some = other.cut(slice(None, None, 1 + len(other.t) // _SHIFTS))
+    return brute(lambda s: np.std(known(some.t + s) - some.q), [ends], Ns=_SHIFTS)
 
 
 def samples_digest(samples: Samples) -> str:

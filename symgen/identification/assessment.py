@@ -37,6 +37,7 @@ from symgen.identification.judgement import (
     restrictions,
     scale_unknown,
     suspicions,
+    with_incomplete_torques,
 )
 from symgen.identification.model_choice import ChosenModel
 from symgen.identification.physical import implausible
@@ -135,6 +136,7 @@ def assess(
     parameters = _parameter_estimates(evaluator, X, std)
     error = result.torque_held.in_motion.residual
     floor = noise_fit(evaluator, run.held, X).residual
+    run = with_incomplete_torques(run, X, floor, file_values)
     unexplained = _unexplained(error, floor, least)
     limits = restrictions(chosen.proportional, robot)
     uses = Uses(

@@ -10,6 +10,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -21,14 +22,22 @@ from symgen.errors import first_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import above_noise
 from symgen.estimation.solve import Solution
-from symgen.estimation.torque_error import TorqueFit, fit, percent, relative_error
+from symgen.estimation.system import torque_at
+from symgen.estimation.torque_error import TorqueFit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
 from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.model_choice import Run
 from symgen.identification.settle import Settled, like_no_robot
 from symgen.identification.simulation import mixed_states, motion_states, some_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
-from symgen.policy import GOOD, JOINT, LEAST, MISFIT, VARIES
+from symgen.policy import (
+    FRICTION_LEFT,
+    GOOD,
+    JOINT,
+    LEAST,
+    VARIES,
+    WEIGHT_LEFT,
+)
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -36,6 +45,20 @@ from symgen.runtime.evaluator import Evaluator
 CHANGED = "changed"
 OPEN = "the motion does not determine all parameters"
 _SEARCH = "symgen diagnose searches for the cause"
+#: Note on columns of torques or currents with the name of a command.
+_COMMAND = r"columns by name: .*\b(tau|i)\d* = [^,\n]*(target|desired|command|cmd|ref)"
+_COMPUTED = (
+    "the torques contain neither friction nor noise: they look computed, as a controller's "
+    "feed-forward; log the measured torque or the motor current"
+)
+_NO_WEIGHT = (
+    "the torques contain almost nothing of the weight of the masses in the robot file: the drive "
+    "adds it by itself, or the masses are wrong; log the total torque or the motor current"
+)
+_LITTLE_FRICTION = (
+    "the torques contain a small part of the friction in the robot file: the drive may add the "
+    "rest by itself; log the total torque or the motor current"
+)
 _SCALED = (
     "the gains of [controller] are known up to a common factor, which scales all torques, masses, "
     "inertias and friction alike and which no such log determines: only ratios of parameters hold"
@@ -140,13 +163,9 @@ def suspicions(
         torques: torques of the training and of the validation logs.
         accept: largest torque error of a usable model, as a part of the torque.
     """
-    reasons = []
-    reasons += _hardly_moving(run.train, run.evaluator.model.robot)
-    train, held = (fit.in_motion.residual.relative for fit in torques)
-    if held < MISFIT:
-        reasons += _without_friction(run, solution.X)
+    reasons = _hardly_moving(run.train, run.evaluator.model.robot)
     if run.has_validation:
-        reasons += changed_state(train, held)
+        reasons += changed_state(*(fit.in_motion.residual.relative for fit in torques))
     other = uncertain_torque(run.evaluator, run.train, solution.noise, mixed=True).relative
     if other > accept:
         text = (
@@ -186,11 +205,9 @@ def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
     limit = max(accept, VARIES * train.relative)
     if held.relative <= limit:
         return []
-    robot, places = run.evaluator.model.robot, []
-    pairs = zip(train.per_joint or (), held.per_joint or (), strict=True)
-    for j, (before, after) in enumerate(pairs):
-        if after > max(accept, VARIES * before):
-            places.append(j)
+    robot = run.evaluator.model.robot
+    before, after = (np.array(x.per_joint) for x in (train, held))
+    places = np.flatnonzero(after > np.maximum(accept, VARIES * before)).tolist()
     text = (
         "the training logs do not determine what this motion needs: the uncertainty of the "
         f"parameters alone causes {percent(held.relative)} torque error; move "
@@ -251,37 +268,54 @@ def _hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> list[Reason]:
 
 def restrictions(proportional: Sequence[Sequence[int]], robot: Robot) -> list[Reason]:
     """Return a reason for each group of joints that moved in proportion in all training logs."""
-    reasons = []
-    for group in proportional:
-        text = (
-            f"this model holds only for motion in which {robot.listed(group)} move in "
-            "proportion, as in the training logs"
-        )
-        reasons.append(Reason("in_proportion", _numbers(robot, group), text=text))
-    return reasons
-
-
-def _without_friction(run: Run, X: FloatArray) -> list[Reason]:
-    """Return a reason if the torques have none of the friction that the robot file declares.
-
-    The feed-forward of a controller fits a rigid-body model perfectly. A motor never moves without
-    friction.
-    """
-    if not any(joint.friction for joint in run.evaluator.model.robot.movable):
-        return []
-    friction = np.where(np.arange(len(X)) < run.evaluator.model.inertial, 0.0, X)
-    traces = fit(run.evaluator, run.train, friction).traces
-    lost, measured = (
-        np.sum([np.sum(x**2, axis=0) for x in pairs], axis=0)
-        for pairs in ([t.predicted for t in traces], [t.measured for t in traces])
-    )
-    if not (lost < MISFIT**2 * measured).all():
-        return []
     text = (
-        "the torques contain no friction, which the robot file declares: they look computed, as a "
-        "controller's feed-forward; log the measured torque or the motor current"
+        "this model holds only for motion in which {} move in proportion, as in the training logs"
     )
-    return [Reason("computed_torque", text=text)]
+    return [
+        Reason("in_proportion", _numbers(robot, group), text=text.format(robot.listed(group)))
+        for group in proportional
+    ]
+
+
+def with_incomplete_torques(
+    run: Run, X: FloatArray, noise: Residual, stated: FloatArray | None
+) -> Run:
+    """Return a run with a fault if its torques lack friction or weight of the robot.
+
+    The feed-forward of a controller has neither friction nor noise. A drive that adds torque for
+    weight or friction itself may log the rest. A simulated robot may have no friction either: this
+    is a fault only if the robot file states friction, or the columns have the name of a command.
+
+    Args:
+        run: the logs.
+        X: parameters, (p,).
+        noise: torque error that noise alone causes on the validation logs.
+        stated: (p,) parameters in the robot file; None if it has none.
+    """
+    evaluator = run.evaluator
+    of_file = 0 * X if stated is None else stated
+    rubs = np.arange(len(X)) >= evaluator.model.inertial
+    q, qd, qdd, *base = some_states(*motion_states(run.train))
+
+    def torque(values: FloatArray, rate: int) -> FloatArray:
+        return rms(torque_at(evaluator, values, q, rate * qd, rate * qdd, *base))
+
+    if rms(torque(X, 0)) < WEIGHT_LEFT * rms(torque(of_file, 0)):
+        return replace(run, shown=(Reason("no_weight", text=_NO_WEIGHT),))
+    if rms(rubs * X) < FRICTION_LEFT * rms(rubs * of_file):
+        little = Reason("little_friction", text=_LITTLE_FRICTION)
+        run = replace(run, suspected=(*run.suspected, little))
+    if (
+        rubs.any()
+        and math.isnan(noise.relative)
+        and (torque(rubs * X, 1) <= LEAST * torque(X, 1)).all()
+    ):
+        computed = (Reason("computed_torque", text=_COMPUTED),)
+        named = re.search(_COMMAND, "\n".join(run.train[0].samples.notes))
+        certain = named or evaluator.model.robot.drive or (rubs * of_file).any()
+        suspected = (*run.suspected, *computed)
+        run = replace(run, shown=computed) if certain else replace(run, suspected=suspected)
+    return run
 
 
 def _numbers(robot: Robot, places: Sequence[int]) -> tuple[int, ...]:
