@@ -91,7 +91,7 @@ DEFLECTS = 0.95
 NOISES, VISIBLE = 3.0, 2.0
 #: A validation log is a copy of a training log if nine tenths of their torques differ by less than
 #: this number of standard deviations of the noise, or, where it was filtered, by less than this
-#: part of their RMS. Two recordings differ by 1.5 times as much, a real axis by 9.
+#: part of their RMS. Two recordings differ by 1.5 times as much, those of a real axis by 50.
 COPIED = 1.55
 EQUAL = 1e-3
 #: The torques of a log lack the weight, or the friction, that the robot file states if they have

@@ -40,7 +40,7 @@ _USUALLY = 0.99  # quantile of the speed, without outliers
 #: Share of each log that is held out without a validation log.
 HELD_OUT = 0.2
 #: Number of shifts in time, and of samples, for the comparison of the positions of two logs.
-_SHIFTS = 256
+_SHIFTS = 512
 #: Ending of the name of a held-out part.
 LATE = " (last fifth)"
 
