@@ -16,9 +16,9 @@ MASS = "M"
 LINK = (*INERTIA, *MOMENT, MASS)
 ROTOR = "IA"
 
-#: The parameter that each word of a joint's `friction` list declares, in the order of X.
 #: Letters of a joint's name that a result shows.
 NAME = 60
+#: The parameter that each word of a joint's `friction` list declares, in the order of X.
 FRICTION = {"coulomb": "FS", "viscous": "FV", "offset": "OF"}
 
 #: The parameters of a coupling: rotor inertia, then viscous and Coulomb friction of the drive.

@@ -16,7 +16,7 @@ from symgen import names
 from symgen.errors import ParameterError
 from symgen.hypotheses.changes import Change
 from symgen.robot.declared_effects import of_file, of_library, torque_variables
-from symgen.robot.effect import Definition, Effect, SearchRange, definitions
+from symgen.robot.effect import Definition, Effect, SearchRange, definitions, described
 from symgen.robot.expressions import exact
 from symgen.robot.tables import Coupling, Drive
 from symgen.robot.types import Joint, Robot
@@ -129,14 +129,13 @@ def with_effect(robot: Robot, text: str) -> Robot:
     name, _, where = text.partition(":")
     known = {d.name: d for d in definitions().values() if d.declarable or d.native in _NATIVE}
     if name not in known:
-        other = definitions().get(name)
-        why = f"; what shows it: {other.separate}" if other is not None and other.separate else ""
+        shows = described(name).separate
+        why = f"; what shows it: {shows}" if shows else ""
         raise ParameterError(f"effect {name!r}{why}; accepted: {', '.join(known)}")
-    numbers = [joint.number for joint in robot.movable]
     try:
-        positions = tuple(numbers.index(int(number)) for number in where.split("-"))
+        positions = tuple(robot.numbers.index(int(number)) for number in where.split("-"))
     except ValueError as error:
-        listed = ", ".join(map(str, numbers))
+        listed = ", ".join(map(str, robot.numbers))
         raise ParameterError(
             f"{text}: joint {where!r}; accepted: NAME:JOINT of {listed}"
         ) from error

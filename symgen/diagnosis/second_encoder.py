@@ -20,9 +20,9 @@ def with_stiffness(diagnosis: Diagnosis, robot: Robot, results: Sequence[Stiffne
     Each joint with a second encoder gets an elasticity, even if it closes no part of the gap. An
     elasticity that the search accepted gets the measured stiffness.
     """
-    effects, notes = list(diagnosis.effects), list(diagnosis.notes)
+    effects, notes, verdict = list(diagnosis.effects), list(diagnosis.notes), diagnosis.verdict
     for s in results:
-        number, sigma = robot.movable[s.joint].number, robot.movable[s.joint].sigma
+        number, sigma = robot.numbers[s.joint], robot.sigma[s.joint]
         if s.fault:
             notes.append(f"{robot.label(number)}, second encoder: {s.fault}")
             continue
@@ -42,7 +42,5 @@ def with_stiffness(diagnosis: Diagnosis, robot: Robot, results: Sequence[Stiffne
             declared=False,
         )
         effects = [measured if e in same else e for e in effects] + ([] if same else [measured])
-    verdict = diagnosis.verdict
-    if verdict == "consistent" and any(not s.fault for s in results):
-        verdict = "explained"
+        verdict = "explained" if verdict == "consistent" else verdict
     return replace(diagnosis, effects=tuple(effects), notes=tuple(notes), verdict=verdict)

@@ -21,7 +21,7 @@ from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
 from symgen.faults.fault import Fault
 from symgen.faults.rules import apply
-from symgen.faults.samples import GAPS, SAMPLED, masked_stalls, repaired
+from symgen.faults.samples import MASKED, masked_stalls, repaired
 from symgen.faults.speeds import mended_speeds, silenced_torques, standing
 from symgen.policy import POSES
 from symgen.robot.types import Robot
@@ -34,7 +34,6 @@ def open_samples(
     robot: Robot,
     reading: Reading | None = None,
     *,
-    mask_faults: bool = True,
     clock: tuple[float, float] | None = None,
 ) -> tuple[Samples, tuple[Fault, ...]]:
     """Open a log, repair single samples, and return it at uniform steps, with speeds and a mask.
@@ -43,7 +42,6 @@ def open_samples(
         source: a path, or a log as recorded.
         robot: the robot of the log, with its drive and its torque limits.
         reading: how to read the log, and what to mask.
-        mask_faults: whether to mask clipped torques and stuck channels.
         clock: clock of the longer log if this one is a segment, see `sampled`.
 
     Raises:
@@ -67,8 +65,7 @@ def open_samples(
     samples = sampled(log, clock)
     if any(fault.kind == "stalled" for fault in repairs):
         samples = masked_stalls(log, samples)
-    rules = (*GAPS, *SAMPLED) if mask_faults else GAPS
-    samples, masks = apply(rules, samples, log)
+    samples, masks = apply(MASKED, samples, log)
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)
     return samples, (*repairs, *masks)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -275,21 +274,16 @@ def _fast(speeds: FloatArray) -> Bools:
     return np.asarray((np.abs(speeds) > _MOVES * rms(speeds)).any(axis=1))
 
 
-def _joints(log: Any, c: Channel) -> Sequence[int]:
-    """Return the joints whose equations a channel affects: one for a torque, otherwise all."""
-    return [c.joint or 0] if c.key == "tau" else range(log.q.shape[1])
-
-
 def _mask(samples: Samples, c: Channel, at: Bools) -> Samples:
-    return mask_samples(samples, at, _joints(samples, c))
+    """Mask samples of the joints whose equations a channel affects: one for a torque, else all."""
+    joints = [c.joint or 0] if c.key == "tau" else range(samples.q.shape[1])
+    return mask_samples(samples, at, joints)
 
 
 #: Rules for samples with uniform steps; their further data are the recorded log.
-GAPS = (
+MASKED = (
     Rule("gap", ("q", "qd"), _gap, "empty cells in a row", "masked, for all joints", _mask),
     Rule("gap", ("tau",), _gap, "empty cells in a row", "masked", _mask),
-)
-SAMPLED = (
     Rule("saturated", ("tau",), _saturated, "clipped at {limit}", "masked", _mask),
     Rule(
         "stuck", ("q",), _stuck, "stuck", "masked, for all joints",

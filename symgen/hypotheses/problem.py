@@ -186,25 +186,11 @@ class Problem:
         """Return the columns of candidates on some logs, for parameters X (p,)."""
         return LogColumns(logs, [self.torques_along(log.thinned, X) for log in logs])
 
-    def torques_along(
-        self,
-        log: FilteredLog,
-        X: FloatArray,
-        extended: Evaluator | None = None,
-        inside: FloatArray | None = None,
-    ) -> Torques:
-        """Return a model's torque along a log.
-
-        Args:
-            log: a log in the band of the run.
-            X: (p,) parameters of the declared model, or of the extended one.
-            extended: the extended model; None for the declared one.
-            inside: (p,) parameters of the declared model that give the link parameters in columns;
-                None for X.
-        """
-        torque, load = _split(extended or self.evaluator, X, log)
+    def torques_along(self, log: FilteredLog, X: FloatArray) -> Torques:
+        """Return the torque of the model with parameters X (p,) along a log in the band."""
+        torque, load = _split(self.evaluator, X, log)
         friction = np.subtract(*_split(self.evaluator, self.X, log))
-        links = link_values(self.robot, self.evaluator.model.base, X if inside is None else inside)
+        links = link_values(self.robot, self.evaluator.model.base, X)
         gravity = variation(self.robot).gravity
         return Torques(torque, load, friction, links, partial(self._of_links, links), gravity)
 

@@ -362,13 +362,13 @@ class _Judge:
         alone, base = stage.score.alone, stage.problem.base.size
         known = {s.definition.name for s in stage.effects}
         # An effect on one joint makes the same effect on another joint more probable.
-        expected = candidate.definition
-        prior = math.log(expected.odds) * (0.5 if candidate.name in known else 1.0)
+        row = candidate.definition
+        prior = math.log(row.odds) * (0.5 if candidate.name in known else 1.0)
         if candidate.scales is not None:
             scales = np.array(candidate.scales)
             part = np.abs(fit.coefficients[: len(scales)]) / scales
         else:
-            part = fit.torque / (expected.size * base)
+            part = fit.torque / (row.size * base)
         prior -= price_of_size(float(np.max(part)))
         prior -= SURE * candidate.rare  # a ratio is 1 unless another one is certainly better
         if fit.score - alone.score + prior > 0:

@@ -100,15 +100,16 @@ def exact_change(stage: Stage, new: Score) -> Changed:
     """Return the gear ratio or tilt whose first-order approximation is the column of an effect."""
     problem, size = stage.problem, 1.0
     if new.cause.name == TILT:
-        gravity = exact_gravity(stage, variation(problem.robot).gravity)
-        return Changed(gravity, new.odds, new.worth, new.gain)
-    (j,) = new.cause.joints
-    for _ in range(_ROUNDS):
-        other = problem if size == 1.0 else problem.changed(geared_by(j, size))
-        rows = other.stage()
-        fit = rows.score.fit_with(rows.log_columns(new.cause))
-        size *= 1 + float(fit.coefficients[0])
-    return Changed(geared_by(j, size), new.odds, new.worth, new.gain)
+        change = exact_gravity(stage, variation(problem.robot).gravity)
+    else:
+        (j,) = new.cause.joints
+        for _ in range(_ROUNDS):
+            other = problem if size == 1.0 else problem.changed(geared_by(j, size))
+            rows = other.stage()
+            fit = rows.score.fit_with(rows.log_columns(new.cause))
+            size *= 1 + float(fit.coefficients[0])
+        change = geared_by(j, size)
+    return Changed(change, new.odds, new.worth, new.gain)
 
 
 def exact_gravity(stage: Stage, gravity: FloatArray) -> Change:
