@@ -113,7 +113,9 @@ def adopt(
             if not result.items:  # the declared model itself
                 raise
             reason = f"the model with it cannot be identified: {error}"
-            failing = {_weakest(adopted): reason}
+            lost = _weakest(adopted)
+            failing = {lost: reason}
+            weighed = [replace(w, fell=0.0) if w.item.key == lost else w for w in weighed]
         if not failing:
             return adopted
         weighed = [replace(w, reason=failing.get(w.item.key, w.reason)) for w in weighed]
@@ -248,7 +250,7 @@ class _Refits:
         c, robot = score.cause, declared.robot
         names = [name for name, _ in coefficient_names(robot, c)]
         if c.definition.offset:
-            names += [f"OF{robot.movable[j].number}" for j in c.joints]
+            names += [f"OF{robot.numbers[j]}" for j in c.joints]
         new = {*names} - {*declared.base.names}
         every = self.last.chosen.run.evaluator.model.base.names
         return [k for k, name in enumerate(every) if name in new]
@@ -282,8 +284,8 @@ class _Refits:
         if not at:
             return score.worth, wrong or _unknown(found.values, found.covariance)
         covariance = self.last.outcome.settled.solution.covariance
-        values, C = self.X[list(at)], covariance[np.ix_(at, at)]
-        reason = wrong or _unknown(values, C)
+        block = covariance[np.ix_(at, at)]
+        reason = wrong or _unknown(self.X[list(at)], block)
         before, after = self.errors([*without, *at]), self.errors(without)
         explained = float(np.sqrt(np.maximum(before**2 - after**2, 0.0)).max())
         rise, fall = float((after - before).max()), float((before - after).max())

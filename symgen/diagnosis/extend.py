@@ -133,7 +133,8 @@ def with_effect(robot: Robot, text: str) -> Robot:
         why = f"; what shows it: {shows}" if shows else ""
         raise ParameterError(f"effect {name!r}{why}; accepted: {', '.join(known)}")
     try:
-        positions = tuple(robot.numbers.index(int(number)) for number in where.split("-"))
+        numbers = map(int, where.split("-"))
+        positions = tuple(robot.numbers.index(number) for number in numbers)
     except ValueError as error:
         listed = ", ".join(map(str, robot.numbers))
         raise ParameterError(

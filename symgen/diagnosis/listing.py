@@ -71,7 +71,8 @@ def _sizes(robot: Robot, items: Sequence[Judged]) -> tuple[FoundParameter, ...]:
     for k, item in enumerate(items):
         more = f"_{k}" if k else ""
         for s in item.cause.sizes:
-            out.append(FoundParameter(f"{s.name}{suffix}{more}", s.value, s.std, s.unit))
+            name = f"{s.name}{suffix}{more}"
+            out.append(FoundParameter(name, s.value, s.std, s.unit))
     return tuple(out)
 
 
@@ -92,8 +93,9 @@ def _parameters(
     for (name, unit), value, deviation in zip(
         coefficient_names(robot, c), found.values, std, strict=False
     ):
-        if name in known:
-            out.append(known[name])
+        if name in known:  # the fit with constants as columns has their uncertainty, too
+            std_of = max(known[name].std, float(np.nan_to_num(deviation) if c.smooth else 0.0))
+            out.append(replace(known[name], std=std_of))
         elif not (known and d.native):  # geometry and gravity contain a native effect otherwise
             out.append(FoundParameter(name, float(value), float(deviation), unit))
     suffix, sigma = c.place(robot)

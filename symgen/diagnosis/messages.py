@@ -36,7 +36,8 @@ def placed(effect: FoundEffect, robot: Robot) -> str:
 def summary(diagnosis: Diagnosis) -> str:
     """Return the verdict in a few sentences."""
     gaps = diagnosis.gaps
-    was, now, floor = gaps.before.total, gaps.after.total, gaps.noise_floor.total
+    was, now = gaps.before.total, gaps.after.total
+    floor = gaps.noise_floor.total
     before, after = percent(was), percent(now)
     bound = "at most " if floor > was else ""
     noise = f"(noise floor: {bound}{percent(floor)})"
@@ -60,11 +61,11 @@ def summary(diagnosis: Diagnosis) -> str:
 def _lacks(diagnosis: Diagnosis) -> str:
     """Return how many effects the model lacks, and how many keys of the file are wrong."""
     adopted = [e for e in diagnosis.effects if e.adopted]
-    wrong = [e for e in adopted if e.declared and described(e.name).side != PHYSICS]
-    lacks, corrects = len(adopted) - len(wrong), len(wrong)
-    parts = [f"lacks {_counted(lacks)}"] if lacks else []
+    corrected = [e.declared and described(e.name).side != PHYSICS for e in adopted]
+    lacks, corrects = corrected.count(False), corrected.count(True)
+    parts = [f"lacks {_counted(lacks, 'effect')}"] if lacks else []
     if corrects:
-        parts.append("needs one correction" if corrects == 1 else f"needs {corrects} corrections")
+        parts.append(f"needs {_counted(corrects, 'correction')}")
     return f"The model {' and '.join(parts)}."
 
 
@@ -92,8 +93,8 @@ def _written(robot: Robot) -> dict[str, object]:
     return {**out, "gravity": list(robot.gravity)}
 
 
-def _counted(count: int) -> str:
-    return "one effect" if count == 1 else f"{count} effects"
+def _counted(count: int, noun: str) -> str:
+    return f"one {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def alike(effect: FoundEffect, robot: Robot) -> str:

@@ -20,7 +20,8 @@ def with_stiffness(diagnosis: Diagnosis, robot: Robot, results: Sequence[Stiffne
     Each joint with a second encoder gets an elasticity, even if it closes no part of the gap. An
     elasticity that the search accepted gets the measured stiffness.
     """
-    effects, notes, verdict = list(diagnosis.effects), list(diagnosis.notes), diagnosis.verdict
+    effects, notes = list(diagnosis.effects), list(diagnosis.notes)
+    verdict = diagnosis.verdict
     for s in results:
         number, sigma = robot.numbers[s.joint], robot.sigma[s.joint]
         if s.fault:

@@ -35,9 +35,7 @@ from symgen.diagnosis.messages import advice_of, corrections
 from symgen.diagnosis.second_encoder import with_stiffness
 from symgen.diagnosis.together import compared
 from symgen.errors import ParameterError
-from symgen.estimation.band import Band
-from symgen.estimation.cutoff import choose_band
-from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit, quiet
 from symgen.estimation.logs import Source, listed_logs, open_log, require_logs
 from symgen.estimation.torque_error import (
@@ -48,7 +46,6 @@ from symgen.estimation.torque_error import (
 )
 from symgen.estimation.values import FloatArray, Reason
 from symgen.faults.fault import Fault
-from symgen.faults.logs import join_bands
 from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
 from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.confirm import REPEATED, Weighed, confirm
@@ -61,7 +58,7 @@ from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
 from symgen.identification.judgement import CHANGED
-from symgen.identification.model_choice import BROKEN, Run
+from symgen.identification.model_choice import BROKEN, Run, filter_in_band
 from symgen.identification.parameters import KnownParameters, read_known, values_of_file
 from symgen.identification.segments import LongLogs
 from symgen.identification.settle import EFFECT_MISSING, NO_ROBOT
@@ -75,7 +72,7 @@ from symgen.identification.workflow import (
     open_sources,
     solved_run,
 )
-from symgen.parallel import Say, silent, thread_count
+from symgen.parallel import Say, silent
 from symgen.policy import CHIEFLY, LEAST, MISFIT, WORTH
 from symgen.robot.effect import RECORDER, definitions
 from symgen.robot.toml_io import read_robot
@@ -137,7 +134,8 @@ def diagnose(
         raise ParameterError(f"effect {unknown[0]!r}; accepted: {', '.join(library)}")
     sources = expanded(listed_logs(logs)), expanded(listed_logs(validation))
     require_logs(sources[0])
-    case = _Case(robot, source, sources, reading, cutoff, least, progress)
+    fitted = parameters is None
+    case = _Case(robot, source, sources, reading, cutoff, least, progress, moving=fitted)
     fixed = None if parameters is None else read_known(parameters, case.evaluator.model)
     first = case.first if fixed is None else None
     found = _search(case, first, fixed, effects, misfit)
@@ -159,6 +157,7 @@ class _Case:
         source: the robot with the ranges of its constants.
         sources: the training and the validation logs.
         reading, cutoff, least, progress: as for `diagnose`.
+        moving: whether every joint has to move in a training log.
     """
 
     given: Robot | str | Path
@@ -168,6 +167,7 @@ class _Case:
     cutoff: float | None
     least: float
     progress: Say
+    moving: bool
 
     @cached_property
     def robot(self) -> Robot:
@@ -194,7 +194,15 @@ class _Case:
         if self.recorded is not None:
             logs = self.recorded[0], self.recorded[1]
             reading = replace(reading or Reading(), start=None, until=None)
-        opened = open_sources(self.robot, self.robot, logs, settings.models, reading, self.progress)
+        opened = open_sources(
+            self.robot,
+            self.robot,
+            logs,
+            settings.models,
+            reading,
+            self.progress,
+            moving=self.moving,
+        )
         file_values = values_of_file(self.given, opened.evaluator.model)
         return in_torque_scale(opened, file_values, opened.evaluator, self.reading)
 
@@ -227,7 +235,7 @@ class _Case:
         else:
             opened = opened.of_robot(robot, settings.models)
         if changes:
-            train, held = (_undone(logs, changes) for logs in (run.train, run.held))
+            train, held = _undone(run.train, changes), _undone(run.held, changes)
             opened = replace(opened, train=train, held=held)
         return identified(opened, settings, None)
 
@@ -272,32 +280,21 @@ def _search(
         effects: names of effects to try; None for all.
         misfit: smallest model error to expect.
     """
-    start = None
-    if first is None:
-        assert known is not None
-        train, held = _in_known_band(case, known.band)
-        problem = make_problem(case.evaluator, train, held, known.X, misfit)
+    if first is not None:
+        run, X = first.chosen.run, None
     else:
-        run = first.chosen.run
-        if effects is None and misfit == MISFIT and not case.source.sought:
-            start = run.asked
-        problem = make_problem(case.evaluator, run.train, run.held, None, misfit)
-        if any(reason.kind == BROKEN for reason in run.shown):
-            return SearchResult(problem, problem), ()
+        assert known is not None
+        run = filter_in_band(case.opened, case.cutoff, known=known.band)
+        X = known.X
+    problem = make_problem(case.evaluator, run.train, run.held, X, misfit)
+    if any(reason.kind == BROKEN for reason in run.shown):
+        return SearchResult(problem, problem), ()
     registry = make_registry(problem, case.source, effects)
-    problem = problem if start is None else start.declared
+    start = None
+    if run.asked is not None and effects is None and misfit == MISFIT and not case.source.sought:
+        start, problem = run.asked, run.asked.declared
     result = search(problem, registry, case.least, progress=case.progress, start=start)
     return confirm(result, case.least)
-
-
-def _in_known_band(case: _Case, band: Band | None) -> list[list[FilteredLog]]:
-    """Return the training and the validation logs in the band of fixed parameters."""
-    opened, cutoff = case.opened, case.cutoff
-    train, held, _ = join_bands(opened.train, opened.held)
-    band = band or choose_band(case.evaluator, train, cutoff, threads=thread_count())
-    if cutoff is not None:
-        band = replace(band, cutoff_hz=cutoff)
-    return [[filter_log(s, band) for s in group] for group in (train, held)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -428,7 +425,8 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
         gaps = _measured(case, first, adopted, contacts)
     last = None if gaps.promised is None else gaps.promised.chosen.run
     suspected = _suspected(adopted, contacts, least)
-    clipped = _saturation(gaps.promised, least)
+    masked = case.reading is not None and _SATURATION in case.reading.mask
+    clipped = None if masked else _saturation(gaps.promised, least)
     found = list_effects(adopted, contacts, suspected, delays=last is None or not last.delays)
     effects = found if clipped is None else (clipped, *found)
     named = [e for e in effects if e.adopted]
@@ -461,7 +459,7 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
             Rejected(s.cause.name, joint_numbers(robot, s.joints), why) for s, why in refused
         ),
         advice=(
-            *(reason.text for reason in reasons),
+            *(reason.text for reason in reasons if reason.kind != EFFECT_MISSING),
             *(f"{line} (written into robot.toml)" for line in corrections(robot, adopted.robot)),
             *advice_of(effects, robot, verdict, gaps.explained),
         ),
@@ -549,7 +547,8 @@ def _recorder_is_chief(adopted: Adopted, clipped: float) -> bool:
     )
     masked = last * clipped / max(1 - clipped, TINY)
     remaining = math.sqrt(last / max(without + masked, TINY))
-    by_faults, closed = without - last + masked, first - last + masked
+    by_faults = without - last + masked
+    closed = first - last + masked
     return by_faults >= CHIEFLY * closed and 1 - remaining >= WORTH
 
 

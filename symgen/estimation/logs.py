@@ -192,12 +192,18 @@ def require_other_data(train: Sequence[Samples], held_out: Sequence[Samples]) ->
     """
     for k, other in enumerate((*train, *held_out)):
         for log in train[:k]:
-            torque = interpolated(log.t, log.tau)(other.t + _shift(log, other))
-            apart = np.quantile(np.abs(torque - other.tau), 0.9, axis=0)
-            noise = np.maximum(COPIED * noise_of_differences(log.tau), EQUAL * rms(log.tau))
-            if (apart <= noise).all():
+            then = other.t + _shift(log, other)
+            pairs = (log.tau, other.tau), (log.q, other.q)
+            if all(_is_copy(log.t, x, then, y) for x, y in pairs):
                 what = f"{other.name}: holds the same data as the training log {log.name}"
                 refuse(what, "another log, or no validation log (the last fifth is held out then)")
+
+
+def _is_copy(t: FloatArray, x: FloatArray, then: FloatArray, y: FloatArray) -> bool:
+    """Return whether channels y (K, n) at some times are channels x (N, n), interpolated."""
+    apart = np.quantile(np.abs(interpolated(t, x)(then) - y), 0.9, axis=0)
+    noise = np.maximum(COPIED * noise_of_differences(x), EQUAL * rms(x))
+    return bool((apart <= noise).all())
 
 
 def _shift(log: Samples, other: Samples) -> Any:

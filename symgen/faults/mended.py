@@ -59,7 +59,8 @@ def mended_channels(
         for key, kind in _KINDS.items():
             for j in range(len(sigma) if getattr(before, key) is not None else 0):
                 channel = f"{key}{j + 1}"
-                named = [f for name in (channel, key, "all") for f in here if name in _channels(f)]
+                keys = (channel, key, "all")
+                named = [f for name in keys for f in here if name in _channels(f)]
                 drawn = _around_change(before, after, key, j) if named else None
                 if drawn is not None:
                     head = f"{named[0].log}: {named[0].channel}: "

@@ -276,7 +276,8 @@ def _fast(speeds: FloatArray) -> Bools:
 
 def _mask(samples: Samples, c: Channel, at: Bools) -> Samples:
     """Mask samples of the joints whose equations a channel affects: one for a torque, else all."""
-    joints = [c.joint or 0] if c.key == "tau" else range(samples.q.shape[1])
+    every = range(samples.q.shape[1])
+    joints = [c.joint or 0] if c.key == "tau" else every
     return mask_samples(samples, at, joints)
 
 

@@ -77,7 +77,8 @@ class Span(Hypothesis):
     @property
     def sizes(self) -> Sequence[Size]:
         """Its time."""
-        return Size("start", self.start, "s"), Size("length", self.end - self.start, "s")
+        length = self.end - self.start
+        return Size("start", self.start, "s"), Size("length", length, "s")
 
     def expression(self, robot: Robot) -> str:
         """Return what it is, and its log."""
@@ -159,8 +160,10 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
     """Return the span that most probably has a separate variance; None if there is none."""
     folds = np.arange(-1, len(score.counts[0]))
     of_fold = score.fold[:, None, None] == folds
-    parts = np.stack([score.weight * score.held_out, score.weight]) ** 2
-    padded = np.pad(parts[..., None] * of_fold, ((0, 0), (1, 0), (0, 0), (0, 0)))
+    weighted = score.weight * score.held_out
+    parts = np.stack([weighted, score.weight]) ** 2
+    widths = (0, 0), (1, 0), (0, 0), (0, 0)
+    padded = np.pad(parts[..., None] * of_fold, widths)
     sums = np.cumsum(padded, axis=1)  # of squares and counts of the rows before each row
     most, found, every = 0.0, None, []
     for log, rows in zip(logs, kept_spans(logs), strict=True):
@@ -172,8 +175,9 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
             every.append(total)
             at = int(np.argmax(total))
             if total[at] > most:
-                most, begin = float(total[at]), int(begins[at])
-                found = log, begin, begin - rows.start, m, np.flatnonzero(gains[at] > 0)
+                most = float(total[at])
+                begin, acting = int(begins[at]), np.flatnonzero(gains[at] > 0)
+                found = log, begin, begin - rows.start, m, acting
     if found is None:
         return None
     log, begin, at, m, joints = found
@@ -182,8 +186,10 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
     totals = np.concatenate(every)
     price = math.log(len(totals)) - float(np.logaddexp.reduce(totals) - most)
     price += len(score.misfit) * math.log(2)
-    margin, (first, last) = log.reach // 2, log.kept[[at, at + m - 1]].tolist()
-    start, end = log.t[[first + margin, last - margin]].tolist()
+    margin = log.reach // 2
+    first, last = log.kept[[at, at + m - 1]].tolist()
+    inner = [first + margin, last - margin]
+    start, end = log.t[inner].tolist()
     place = definitions()[NAME], tuple(joints.tolist())
     return Span(*place, log.name, start, end, first, last, contained, price, measured=True)
 
@@ -218,5 +224,6 @@ def _gains(inside: FloatArray, all_rows: FloatArray, floor: FloatArray) -> Float
     fell = fell - cost(all_rows[:, None] - inside, by_fold).sum(axis=2)
     larger = span[0] * whole[1] > whole[0] * span[1]
     # The price of a separate variance is the ratio of its prior width to its posterior width.
-    price = math.log(_RANGE) + 0.5 * np.log(np.maximum(span[1] / TEMPERATURE / np.pi, 1))
+    count = np.maximum(span[1] / TEMPERATURE / np.pi, 1)
+    price = math.log(_RANGE) + 0.5 * np.log(count)
     return np.where(larger, 0.5 / TEMPERATURE * fell - price, 0.0)

@@ -93,16 +93,16 @@ class Problem:
 
     def changed(self, change: Change) -> Problem:
         """Return the problem with a change undone in all logs, or in the robot file."""
+        undone = self.undone | {change.key}
         if change.gravity is not None:
             robot = replace(self.robot, gravity=tuple(map(exact, change.gravity)))
             other = make_problem(model_of(robot), self.logs, self.held, None, self.misfit)
-            return replace(other, undone=self.undone | {change.key})
+            return replace(other, undone=undone)
         logs, held = (tuple(map(change.undo, group)) for group in (self.logs, self.held))
         base = make_rows(self.evaluator, logs, self.known)
         fold = self.fold
         if change.turns:
             fold = np.concatenate([fold[span][::-1] for span in kept_spans(logs)])
-        undone = self.undone | {change.key}
         return replace(self, base=base, held=held, fold=fold, undone=undone)
 
     def without(self, contacts: Iterable[Contact]) -> Problem:
@@ -113,7 +113,8 @@ class Problem:
             held = tuple(map(contact.cause.mask, held))
         if (logs, held) == (self.logs, self.held):
             return self
-        return replace(self, base=self.base.without(logs), held=held)
+        base = fitted(logs, self.base.W, self.base.y)
+        return replace(self, base=base, held=held)
 
     def piece(self, seconds: float) -> Problem:
         """Return the problem on the first seconds of each training log."""

@@ -115,10 +115,6 @@ class Rows:
         ]
         return _weighted(replace(self, W=W, joints=tuple(joints)))
 
-    def without(self, logs: tuple[FilteredLog, ...]) -> Rows:
-        """Return the rows of the same logs with more samples masked."""
-        return fitted(logs, self.W, self.y)
-
 
 def explained(rows: Rows, columns: Columns) -> FloatArray:
     """Return the part of the whitened residual that columns explain after the model, (K, n)."""

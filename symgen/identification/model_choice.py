@@ -137,19 +137,25 @@ class Run:
         return train, fit(self.evaluator, self.held, X)
 
 
-def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool = False) -> Run:
+def filter_in_band(
+    opened: OpenLogs, cutoff: float | None, *, own_speeds: bool = False, known: Band | None = None
+) -> Run:
     """Repair speeds, choose the band, and filter the logs in it.
 
     Args:
         opened: the logs.
         cutoff: cutoff of the filter, Hz; None to choose it.
         own_speeds: whether to keep measured speeds in any case.
+        known: the band of an earlier run; a cutoff changes its own.
     """
     evaluator, progress = opened.evaluator, opened.progress
     progress("choosing the band")
     train, held, more = join_bands(opened.train, opened.held)
     threads = opened.threads
-    band = choose_band(evaluator, train, cutoff, measured_speeds=own_speeds, threads=threads)
+    if known is None:
+        band = choose_band(evaluator, train, cutoff, measured_speeds=own_speeds, threads=threads)
+    else:
+        band = replace(known, cutoff_hz=known.cutoff_hz if cutoff is None else cutoff)
     progress(f"band: {band.in_words()}")
     logs, others = ([filter_log(s, band) for s in group] for group in (train, held))
     repairs = (*opened.repairs, *more)

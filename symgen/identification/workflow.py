@@ -208,7 +208,6 @@ def identified(
         settings: the options.
         file_values: (p,) parameters in the robot file; None if it has none.
     """
-    require_motion(opened.train, opened.evaluator.model.robot)
     own_speeds = settings.method.name == "iv" and not settings.motions
     run = filter_in_band(opened, settings.cutoff, own_speeds=own_speeds)
     opened.progress("searching for faults of the logs and missing effects")
@@ -255,6 +254,8 @@ def open_sources(
     reading: Reading | None,
     progress: Say,
     executor: Executor | None = None,
+    *,
+    moving: bool = True,
 ) -> LogsInMemory | LongLogs:
     """Read and repair the training and the validation logs, or a sample of long ones.
 
@@ -264,10 +265,11 @@ def open_sources(
         logs: the training and the validation logs.
         models: models to fit.
         reading, progress, executor: as for `identify`.
+        moving: whether every joint has to move in a training log.
     """
     if is_long([*logs[0], *logs[1]]):
         return open_long_logs(source, *logs, models, reading, executor, progress)
-    return _open_in_memory(robot, source, logs, models, reading, progress)
+    return _open_in_memory(robot, source, logs, models, reading, progress, moving=moving)
 
 
 def _equation_models(
@@ -324,6 +326,8 @@ def _open_in_memory(
     models: Sequence[EquationModel],
     reading: Reading | None,
     progress: Say,
+    *,
+    moving: bool,
 ) -> LogsInMemory:
     """Read and repair every log; without validation logs, hold out the end of each log."""
     (train, held), repairs = open_logs(logs, source, reading, progress)
@@ -331,6 +335,8 @@ def _open_in_memory(
     has_validation = bool(held)
     if not has_validation:
         train, held = hold_out(train)
+    if moving:
+        require_motion(train, source)
     progress("deriving and compiling the model")
     kernels = dict.fromkeys(k for model in models for k in model.all_kernels)
     evaluator = robot if isinstance(robot, Evaluator) else None

