@@ -30,6 +30,7 @@ from symgen.hypotheses.effects import Candidate, Score
 from symgen.hypotheses.judged import Judged
 from symgen.hypotheses.registry import SearchResult
 from symgen.identification.estimate import Estimate
+from symgen.identification.settle import NO_ROBOT
 from symgen.identification.solving import system_of
 from symgen.identification.workflow import Identified, Solved
 from symgen.policy import BEYOND, RISE, WORSE
@@ -193,7 +194,7 @@ def _failing(adopted: Adopted, first: Identified, least: float) -> dict[object, 
 def _worse(first: Identified, last: Solved) -> str:
     """Return why a fit is worse than the first one, or ""."""
     before, after = (x.outcome.torque_held.in_motion.residual.relative for x in (first, last))
-    if after > before:
+    if after > before and not first.estimate.has(NO_ROBOT):
         return (
             "identified with it, the torque error on the validation data rises from "
             f"{percent(before)} to {percent(after)}"

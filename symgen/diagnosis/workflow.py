@@ -29,6 +29,7 @@ from symgen.diagnosis.diagnosis import (
     Place,
     Rejected,
 )
+from symgen.diagnosis.extend import corrected
 from symgen.diagnosis.gap import gap_of, moving_gap, places, validation_curves
 from symgen.diagnosis.listing import joint_numbers, list_effects, robot_parameters
 from symgen.diagnosis.messages import advice_of, corrections
@@ -47,7 +48,7 @@ from symgen.estimation.torque_error import (
 from symgen.estimation.values import FloatArray, Reason
 from symgen.faults.fault import Fault
 from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
-from symgen.hypotheses.changes import Changed
+from symgen.hypotheses.changes import Change, Changed
 from symgen.hypotheses.confirm import REPEATED, Weighed, confirm
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.event import Contact
@@ -139,6 +140,8 @@ def diagnose(
     fixed = None if parameters is None else read_known(parameters, case.evaluator.model)
     first = case.first if fixed is None else None
     found = _search(case, first, fixed, effects, misfit)
+    if first is not None and first.estimate.has(NO_ROBOT) and not found[0].changes:
+        found = _with_turned_torques(case, *found)
     progress("deriving, compiling and identifying the extended model")
     adopted = declare(*found)
     if first is not None:
@@ -295,6 +298,25 @@ def _search(
         start, problem = run.asked, run.asked.declared
     result = search(problem, registry, case.least, progress=case.progress, start=start)
     return confirm(result, case.least)
+
+
+def _with_turned_torques(
+    case: _Case, result: SearchResult, weighed: tuple[Weighed, ...]
+) -> tuple[SearchResult, tuple[Weighed, ...]]:
+    """Return the search with all torques turned, if such a robot can exist.
+
+    Negative masses explain turned torques as well as positive ones explain the others, so that no
+    prediction tells them apart.
+    """
+    driven = tuple(j for j in range(case.robot.n) if j not in case.robot.passive)
+    turned = Change(definitions()["wrong_sign"], driven, {"tau": -1.0})
+    robot = corrected(case.robot, turned)
+    estimate = None if robot is None else case.identified(robot).estimate
+    if estimate is None or estimate.reasons or not estimate.possible:
+        return result, weighed
+    item = Changed(turned, odds=math.inf, worth=1.0, gain=1.0)
+    grade = Weighed(item, fell=1.0, remaining=0.0)
+    return result.with_items([item]), (grade,)
 
 
 @dataclass(frozen=True, eq=False)

@@ -246,6 +246,10 @@ class Estimate(Viewable):
             f"{self.method}, {self.verdict}>"
         )
 
+    def has(self, kind: str) -> bool:
+        """Whether a reason of some kind makes it doubtful."""
+        return any(reason.kind == kind for reason in self.reasons)
+
     @property
     def X(self) -> FloatArray:
         """The values (p,), in the order that all kernels use."""

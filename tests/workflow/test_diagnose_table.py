@@ -213,13 +213,17 @@ def test_a_contact_in_the_validation_log_is_suspected_and_counts_in_both_numbers
     assert found.after == found.before
 
 
-def test_torques_of_all_joints_turned_are_a_wrong_measurement() -> None:
+def test_torques_of_all_joints_turned_are_corrected_by_gains() -> None:
     """Negative masses explain them as well, and no robot has these."""
     log = stored("sound")
     turned = [replace(x, tau=-x.tau) for x in (made("train", log.train), made("test", log.test))]
     found = symgen.diagnose(log.robot, turned[0], validation=turned[1])
-    assert found.verdict == "bad-measurement"
-    assert "no possible robot" in found.advice[0]
+    assert [(e.name, e.joints, e.adopted) for e in found.effects] == [
+        ("wrong_sign", (1, 2, 3), True)
+    ]
+    assert found.verdict == "explained"
+    assert found.extended.drive is not None
+    assert found.extended.drive.gain == (-1.0, -1.0, -1.0)
 
 
 def test_two_turned_torques_are_told_from_the_third_by_their_work() -> None:

@@ -180,7 +180,8 @@ FAULTS = {
         effects=(("wrong_sign", (2,)),),
     ),
     "torques turned": Row(
-        over("tau", lambda x: -x), blames="no_robot", verdict=BAD,
+        over("tau", lambda x: -x), blames="no_robot", verdict=MENDED,
+        effects=(("wrong_sign", (1, 2, 3)),),
     ),
     "motion turned": Row(
         both(over("q", lambda x: -x, 2), over("qd", lambda x: -x, 2)), blames="wrong_sign",
