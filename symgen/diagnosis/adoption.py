@@ -281,12 +281,12 @@ class _Refits:
             found: its values as columns of the declared model.
             least: smallest torque that matters, as a part of a joint's torque.
         """
-        wrong = _wrong_sign(score, found)
+        # The fit with columns for the searched constants has their uncertainty, too.
+        reason = _wrong_sign(score, found) or _unknown(found.values, found.covariance)
         if not at:
-            return score.worth, wrong or _unknown(found.values, found.covariance)
+            return score.worth, reason
         covariance = self.last.outcome.settled.solution.covariance
-        block = covariance[np.ix_(at, at)]
-        reason = wrong or _unknown(self.X[list(at)], block)
+        reason = reason or _unknown(self.X[list(at)], covariance[np.ix_(at, at)])
         before, after = self.errors([*without, *at]), self.errors(without)
         explained = float(np.sqrt(np.maximum(before**2 - after**2, 0.0)).max())
         rise, fall = float((after - before).max()), float((before - after).max())
