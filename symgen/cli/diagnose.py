@@ -64,10 +64,9 @@ def diagnose(effects: str | None, into: Path, least: float, misfit: float, **opt
         diagnosis = symgen.diagnose(
             effects=tried, least=least / 100, misfit=misfit / 100, progress=told, **options
         )
-        tied = [e for e in diagnosis.effects if e.indistinguishable_from]
         if diagnosis.is_better:
             command = again("identify", robot=str(into / "robot.toml"), into=f"{into}-better")
-        elif tied:
+        elif any(effect.indistinguishable_from for effect in diagnosis.effects):
             motion = again("excite", into=f"{into}-motion.csv")
             command = f"{motion}  # record this motion, then diagnose with both logs"
         else:

@@ -172,9 +172,11 @@ def _failing(adopted: Adopted, first: Identified, least: float) -> dict[object, 
     without: list[int] = []
     out: dict[object, str] = {}
     while kept:
-        failing = {}
+        failing, now = {}, refits.errors(without)
         for score, at in kept.items():
-            explained, reason = refits.test(score, at, without, values[score], least)
+            before = refits.errors([*without, *at]) if at else now
+            errors = before, now
+            explained, reason = refits.test(score, at, errors, values[score], least)
             ranges = adopted.result.ranges.get(score.key, {})
             reason = reason or _out_of_range(score, values[score], ranges)
             if reason:
@@ -268,7 +270,7 @@ class _Refits:
         self,
         score: Score,
         at: Sequence[int],
-        without: Sequence[int],
+        errors: tuple[FloatArray, FloatArray],
         found: Coefficients,
         least: float,
     ) -> tuple[float, str]:
@@ -277,7 +279,7 @@ class _Refits:
         Args:
             score: the effect.
             at: positions of its coefficients in X; empty if X has none.
-            without: positions of parameters that are left out already.
+            errors: torque errors on the validation logs without the effect, and with it, (n,) each.
             found: its values as columns of the declared model.
             least: smallest torque that matters, as a part of a joint's torque.
         """
@@ -287,7 +289,7 @@ class _Refits:
             return score.worth, reason
         covariance = self.last.outcome.settled.solution.covariance
         reason = reason or _unknown(self.X[list(at)], covariance[np.ix_(at, at)])
-        before, after = self.errors([*without, *at]), self.errors(without)
+        before, after = errors
         explained = float(np.sqrt(np.maximum(before**2 - after**2, 0.0)).max())
         rise, fall = float((after - before).max()), float((before - after).max())
         if reason:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 from pathlib import Path
@@ -77,6 +77,7 @@ from symgen.parallel import Say, silent
 from symgen.policy import CHIEFLY, LEAST, MISFIT, WORTH
 from symgen.robot.effect import RECORDER, definitions
 from symgen.robot.toml_io import read_robot
+from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -161,6 +162,7 @@ class _Case:
         sources: the training and the validation logs.
         reading, cutoff, least, progress: as for `diagnose`.
         moving: whether every joint has to move in a training log.
+        done: identifications that are done, by robot file and undone changes.
     """
 
     given: Robot | str | Path
@@ -171,6 +173,7 @@ class _Case:
     least: float
     progress: Say
     moving: bool
+    done: dict[tuple[str, tuple[Changed, ...]], Identified] = field(default_factory=dict)
 
     @cached_property
     def robot(self) -> Robot:
@@ -230,6 +233,12 @@ class _Case:
         """
         if robot == self.robot and not changes:
             return self.first
+        key = robot_toml(robot), tuple(changes)
+        if key not in self.done:
+            self.done[key] = self._identified(robot, changes)
+        return self.done[key]
+
+    def _identified(self, robot: Robot, changes: Sequence[Changed]) -> Identified:
         settings, run = self._settings(robot), self.first.chosen.run
         opened = self.opened
         if robot.drive != self.robot.drive:

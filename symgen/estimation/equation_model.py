@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,3 +86,8 @@ class EquationModel:
             at = None if self.at is None else np.array(self.at)
             return torque_equations(evaluator, log, at, self.features)
         return window_equations(evaluator, log, self.name, self.window, self.features)
+
+
+def kernels_of(models: Iterable[EquationModel]) -> tuple[str, ...]:
+    """Return the kernels that some models need, each once."""
+    return tuple(dict.fromkeys(kernel for model in models for kernel in model.all_kernels))

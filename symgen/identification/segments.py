@@ -30,7 +30,7 @@ from symgen.data.tables import reads_rows
 from symgen.errors import LogError, first_of
 from symgen.estimation.band import Band
 from symgen.estimation.covariance import bartlett, scores
-from symgen.estimation.equation_model import EquationModel
+from symgen.estimation.equation_model import EquationModel, kernels_of
 from symgen.estimation.estimators import Ols
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import first_held_out, open_log
@@ -299,8 +299,7 @@ def open_long_logs(
     """Open a sample of long logs; the arguments are those of `sample_logs` and `identify`."""
     window = max(model.gap for model in models)
     data = sample_logs(robot, logs, validation, reading or Reading(), window, progress)
-    kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
-    text = robot_toml(robot)
+    kernels, text = kernels_of(models), robot_toml(robot)
     progress("deriving and compiling the model")
     return LongLogs(
         load_model(text, kernels), data.train, data.held, data.repairs, bool(validation), progress,
@@ -325,8 +324,7 @@ class LongLogs(OpenLogs):
 
     def of_robot(self, robot: Robot, models: Sequence[EquationModel]) -> LongLogs:
         """Return the logs with the model of another robot with the same drive."""
-        kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
-        text = robot_toml(robot)
+        kernels, text = kernels_of(models), robot_toml(robot)
         return replace(self, evaluator=load_model(text, kernels), about=(text, kernels))
 
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:

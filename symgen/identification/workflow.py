@@ -15,7 +15,13 @@ from symgen.codegen.model import derive
 from symgen.data.long_logs import LIMIT, expanded, is_long
 from symgen.data.raw import Reading
 from symgen.errors import IdentificationError
-from symgen.estimation.equation_model import NEEDED, EquationModel, models_of, require_model
+from symgen.estimation.equation_model import (
+    NEEDED,
+    EquationModel,
+    kernels_of,
+    models_of,
+    require_model,
+)
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
     Source,
@@ -24,6 +30,7 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
+from symgen.estimation.solve import Solution
 from symgen.estimation.values import FloatArray
 from symgen.faults.logs import open_logs, require_motion
 from symgen.identification.assessment import (
@@ -235,15 +242,26 @@ def solved_run(opened: LogsInMemory | LongLogs, run: Run, settings: Settings) ->
     """Choose the model and solve it by least squares; see `identified`."""
     plain = settings.method.unconstrained
     chosen = choose_model(run, settings.models, plain, settings.motions, opened.progress)
+    settled = Settled(_least_squares(chosen, plain), plain, UNCHECKED)
+    return Solved(chosen, _outcome(chosen, settled))
+
+
+def _least_squares(chosen: ChosenModel, method: Method) -> Solution:
+    """Return the solution without constraints, if possible that of the choice."""
     best = chosen.best
-    solution = best.solution
-    if solution is None:
-        about = run.evaluator, best.train, plain, best.model
-        solution = solve_equations(*about, best.needed_prior)
-    settled = Settled(solution, plain, UNCHECKED)
-    parts = [system_of(run.evaluator, logs).logs for logs in (best.train, chosen.held)]
-    torques = best.torques or run.torques(solution.X)
-    return Solved(chosen, outcome(settled, best.model, (parts[0], parts[1]), torques, run.repairs))
+    if method.is_wls and best.solution is not None:
+        return best.solution
+    about = chosen.run.evaluator, best.train, method, best.model
+    return solve_equations(*about, best.needed_prior)
+
+
+def _outcome(chosen: ChosenModel, settled: Settled) -> Outcome:
+    """Return the fit of a solution to logs in memory."""
+    run, best, X = chosen.run, chosen.best, settled.solution.X
+    is_plain = best.solution is not None and X is best.solution.X
+    torques = best.torques if is_plain else run.torques(X)
+    train, held = (system_of(run.evaluator, logs).logs for logs in (best.train, chosen.held))
+    return outcome(settled, best.model, (train, held), torques, run.repairs)
 
 
 def open_sources(
@@ -259,6 +277,8 @@ def open_sources(
 ) -> LogsInMemory | LongLogs:
     """Read and repair the training and the validation logs, or a sample of long ones.
 
+    Without validation logs, the end of each log is held out.
+
     Args:
         robot: the first argument of `identify`.
         source: the robot.
@@ -269,7 +289,20 @@ def open_sources(
     """
     if is_long([*logs[0], *logs[1]]):
         return open_long_logs(source, *logs, models, reading, executor, progress)
-    return _open_in_memory(robot, source, logs, models, reading, progress, moving=moving)
+    (train, held), repairs = open_logs(logs, source, reading, progress)
+    require_other_data(train, held)
+    has_validation = bool(held)
+    if not has_validation:
+        train, held = hold_out(train)
+    if moving:
+        require_motion(train, source)
+    progress("deriving and compiling the model")
+    evaluator = robot if isinstance(robot, Evaluator) else None
+    if evaluator is None or not all(
+        evaluator.has(k) for model in models for k in model.kernels(evaluator.model)
+    ):
+        evaluator = load(derive(source, kernels_of(models)))
+    return LogsInMemory(evaluator, train, held, repairs, has_validation, progress)
 
 
 def _equation_models(
@@ -299,8 +332,7 @@ class LogsInMemory(OpenLogs):
 
     def of_robot(self, robot: Robot, models: Sequence[EquationModel]) -> LogsInMemory:
         """Return the logs with the model of another robot with the same drive."""
-        kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
-        return replace(self, evaluator=load_model(robot_toml(robot), kernels))
+        return replace(self, evaluator=load_model(robot_toml(robot), kernels_of(models)))
 
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
         """Solve the equations of the chosen model, if possible with the solution of the choice."""
@@ -308,40 +340,5 @@ class LogsInMemory(OpenLogs):
         rows = sum(e.rows for p in best.train for e in p.equations)
         names = run.evaluator.model.base.names
         self.progress(f"solving {rows} equations for {len(names)} parameters")
-        least = best.solution if method.is_wls else None
-        about = run.evaluator, best.train, method, best.model
-        least = least or solve_equations(*about, best.needed_prior)
-        settled = settle(chosen, method, least, best.prior)
-        X = settled.solution.X
-        is_plain = best.solution is not None and X is best.solution.X
-        torques = best.torques if is_plain else run.torques(X)
-        train, held = (system_of(run.evaluator, logs).logs for logs in (best.train, chosen.held))
-        return outcome(settled, best.model, (train, held), torques, run.repairs)
-
-
-def _open_in_memory(
-    robot: Robot | str | Path | Evaluator,
-    source: Robot,
-    logs: tuple[Sequence[Source], Sequence[Source]],
-    models: Sequence[EquationModel],
-    reading: Reading | None,
-    progress: Say,
-    *,
-    moving: bool,
-) -> LogsInMemory:
-    """Read and repair every log; without validation logs, hold out the end of each log."""
-    (train, held), repairs = open_logs(logs, source, reading, progress)
-    require_other_data(train, held)
-    has_validation = bool(held)
-    if not has_validation:
-        train, held = hold_out(train)
-    if moving:
-        require_motion(train, source)
-    progress("deriving and compiling the model")
-    kernels = dict.fromkeys(k for model in models for k in model.all_kernels)
-    evaluator = robot if isinstance(robot, Evaluator) else None
-    if evaluator is None or not all(
-        evaluator.has(k) for model in models for k in model.kernels(evaluator.model)
-    ):
-        evaluator = load(derive(source, tuple(kernels)))
-    return LogsInMemory(evaluator, train, held, repairs, has_validation, progress)
+        least = _least_squares(chosen, method)
+        return _outcome(chosen, settle(chosen, method, least, best.prior))
