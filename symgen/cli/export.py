@@ -54,7 +54,7 @@ def export(
     written file on a --log is above that of the estimate by more than --least.
     """
     from symgen.estimation.torque_error import percent
-    from symgen.faults.logs import open_samples
+    from symgen.faults.repair import open_samples
     from symgen.files import json_text, write_folder, write_text
     from symgen.identification import export as exports
     from symgen.robot.toml_io import read_robot

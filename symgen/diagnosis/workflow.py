@@ -38,7 +38,7 @@ from symgen.diagnosis.together import compared
 from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit, quiet
-from symgen.estimation.logs import Source, listed_logs, open_log, require_logs
+from symgen.estimation.opening import Source, listed_logs, open_log, require_logs
 from symgen.estimation.torque_error import (
     TorqueFit,
     modelled_torque,

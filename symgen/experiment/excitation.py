@@ -22,7 +22,7 @@ from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError, ParameterError
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.filtered_log import unfiltered
-from symgen.estimation.logs import HELD_OUT
+from symgen.estimation.opening import HELD_OUT
 from symgen.estimation.system import Equations
 from symgen.experiment.bounds import (
     CELL,

@@ -37,7 +37,7 @@ from symgen.estimation.playback import (
 from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
 from symgen.experiment.mujoco_robot import MujocoRobot
-from symgen.faults.logs import open_samples
+from symgen.faults.repair import open_samples
 from symgen.identification.estimate import JointLabel, joints_of
 from symgen.names import ROTOR
 from symgen.parallel import Say, silent

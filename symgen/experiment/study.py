@@ -31,7 +31,7 @@ from symgen.estimation.torque_error import relative_error
 from symgen.experiment.recording import Instruments, Recording
 from symgen.experiment.reference import Reference, reference_of
 from symgen.experiment.simulate import KERNELS, Parameters, Simulation, simulate, values_of
-from symgen.faults.logs import join_bands, open_logs
+from symgen.faults.repair import join_bands, open_logs
 from symgen.identification.instruments import instrumented
 from symgen.identification.model_choice import OpenLogs, filter_in_band
 from symgen.identification.possible import nearest_possible

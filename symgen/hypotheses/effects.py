@@ -19,7 +19,7 @@ import numpy as np
 from symgen import names
 from symgen.errors import RobotError
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.logs import LATE
+from symgen.estimation.opening import LATE
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.judged import Hypothesis, Judged, Size
 from symgen.hypotheses.score import Columns, Key

@@ -15,7 +15,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.floor import noise_accounts, noise_fit, quiet
 from symgen.estimation.instrumental import bias_of_least_squares
-from symgen.estimation.logs import samples_digest
+from symgen.estimation.opening import samples_digest
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations

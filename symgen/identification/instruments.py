@@ -26,7 +26,7 @@ from symgen.data.tables import read_columns
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.filtered_log import filter_log
-from symgen.estimation.logs import Source, open_log
+from symgen.estimation.opening import Source, open_log
 from symgen.estimation.values import FloatArray
 from symgen.identification.solving import EquatedLog
 from symgen.robot.types import Robot

@@ -10,11 +10,11 @@ from symgen.data.raw import Reading
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.logs import Source
+from symgen.estimation.opening import Source
 from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
-from symgen.faults.logs import join_bands, open_logs
+from symgen.faults.repair import join_bands, open_logs
 from symgen.faults.undo import with_known_shifts
 from symgen.identification.model_choice import OpenLogs
 from symgen.identification.parameters import values_of_file

@@ -26,8 +26,8 @@ from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls
 from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_equations
+from symgen.estimation.opening import Source
 from symgen.estimation.solve import (
     Solution,
     column_norms,
@@ -37,7 +37,7 @@ from symgen.estimation.summary import Blocks, block_summary, summaries
 from symgen.estimation.torque_error import TorqueFit, fit, percent
 from symgen.estimation.values import FloatArray, Reason
 from symgen.faults.fault import Fault, shifted_torques
-from symgen.faults.logs import join_bands
+from symgen.faults.repair import join_bands
 from symgen.faults.samples import unmended_faults
 from symgen.hypotheses.ask import ask
 from symgen.hypotheses.changes import Changed

@@ -24,7 +24,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import JUDGING, EquationModel
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit
-from symgen.estimation.logs import Source, listed_logs, require_logs, require_other_data
+from symgen.estimation.opening import Source, listed_logs, require_logs, require_other_data
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault

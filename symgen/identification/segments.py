@@ -33,7 +33,7 @@ from symgen.estimation.covariance import bartlett, scores
 from symgen.estimation.equation_model import EquationModel, kernels_of
 from symgen.estimation.estimators import Ols
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.logs import first_held_out, open_log
+from symgen.estimation.opening import first_held_out, open_log
 from symgen.estimation.solve import (
     PASSES,
     least_squares_solution,
@@ -43,7 +43,7 @@ from symgen.estimation.summary import Summary, merge_summaries, summarise
 from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault, merge_faults
-from symgen.faults.logs import open_samples
+from symgen.faults.repair import open_samples
 from symgen.faults.speeds import mended_speeds
 from symgen.faults.undo import with_earlier_torques
 from symgen.identification.assessment import Outcome, outcome

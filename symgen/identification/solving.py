@@ -24,7 +24,7 @@ from symgen.estimation.estimators import (
 )
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.instrumental import InstrumentalVariables
-from symgen.estimation.logs import Source, listed_logs
+from symgen.estimation.opening import Source, listed_logs
 from symgen.estimation.solve import Solution, weighed, weighted_least_squares
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import SEED, FloatArray

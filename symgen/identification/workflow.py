@@ -23,7 +23,7 @@ from symgen.estimation.equation_model import (
     require_model,
 )
 from symgen.estimation.estimators import Estimator
-from symgen.estimation.logs import (
+from symgen.estimation.opening import (
     Source,
     hold_out,
     listed_logs,
@@ -32,7 +32,7 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.solve import Solution
 from symgen.estimation.values import FloatArray
-from symgen.faults.logs import open_logs, require_motion
+from symgen.faults.repair import open_logs, require_motion
 from symgen.identification.assessment import (
     Outcome,
     assess,

@@ -99,7 +99,7 @@ def main() -> None:
     from symgen.estimation.band import Band
     from symgen.estimation.filtered_log import filter_log
     from symgen.estimation.playback import HORIZONS, model_mover, play, position_errors, windows_of
-    from symgen.faults.logs import open_samples
+    from symgen.faults.repair import open_samples
 
     robot = symgen.read_robot(DATA / "robot.toml")
     symgen.load(symgen.derive(robot))

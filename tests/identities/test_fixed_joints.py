@@ -180,7 +180,7 @@ def test_a_log_keeps_the_column_of_a_joint_that_was_fixed(tmp_path, held: int, k
 
 def test_units_are_those_of_the_columns_of_the_file(tmp_path) -> None:
     """The column of a fixed joint has any unit; those behind it keep their type."""
-    from symgen.estimation.logs import open_log
+    from symgen.estimation.opening import open_log
 
     robot = with_fixed(import_urdf(ARM), ["shoulder"]).robot
     t = np.arange(0, 4, 0.01)

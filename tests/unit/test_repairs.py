@@ -8,7 +8,7 @@ from scipy.signal import butter, sosfiltfilt, welch
 from stored_logs import Channels, made, stored
 
 import symgen
-from symgen.faults.logs import open_samples
+from symgen.faults.repair import open_samples
 
 STEP = 1e-3
 T = np.arange(8000) * STEP

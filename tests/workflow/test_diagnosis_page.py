@@ -26,8 +26,8 @@ from symgen.diagnosis.diagnosis import (
     Rejected,
     read_diagnosis,
 )
-from symgen.faults.logs import open_samples
 from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
+from symgen.faults.repair import open_samples
 from symgen.files import write_folder
 from symgen.report.html import page as html_page
 from symgen.report.plots import diagnosis as diagnosis_plots

@@ -20,7 +20,7 @@ import symgen
 from symgen.data.log import read_log
 from symgen.data.raw import Reading
 from symgen.errors import LogError
-from symgen.estimation.logs import open_log
+from symgen.estimation.opening import open_log
 from symgen.robot.tables import LogForm
 
 COLUMNS = motion(1500, 3)

@@ -17,7 +17,7 @@ from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.system import LinearSystem
-from symgen.faults.logs import open_samples
+from symgen.faults.repair import open_samples
 
 ARM = """
 [robot]

@@ -17,8 +17,8 @@ from symgen.data.signals import (
 )
 from symgen.data.units import plausible_units
 from symgen.errors import IdentificationError, LogError, plain
-from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
+from symgen.estimation.opening import Source, open_log
 from symgen.faults.fault import Fault
 from symgen.faults.rules import apply
 from symgen.faults.samples import MASKED, masked_stalls, repaired
