@@ -237,8 +237,8 @@ class _Refits:
     @classmethod
     def of(cls, last: Solved) -> _Refits:
         """Return the refits of an identification, with the weights of its solution."""
-        run = last.chosen.run
-        parts = summaries(system_of(run.evaluator, last.chosen.best.train))
+        evaluator = last.campaign.evaluator
+        parts = summaries(system_of(evaluator, last.chosen.best.train))
         weights = residual_weights(parts, last.outcome.settled.solution.X)
         factor = weighted_triangle((s.factor for s in parts), weights)
         return cls(last, factor, shortest(factor))
@@ -255,7 +255,7 @@ class _Refits:
         if c.definition.offset:
             names += [f"OF{robot.numbers[j]}" for j in c.joints]
         new = {*names} - {*declared.base.names}
-        every = self.last.chosen.run.evaluator.model.base.names
+        every = self.last.campaign.evaluator.model.base.names
         return [k for k, name in enumerate(every) if name in new]
 
     def errors(self, without: Sequence[int]) -> FloatArray:
@@ -263,8 +263,8 @@ class _Refits:
         kept = np.setdiff1d(np.arange(len(self.X)), without)
         X = np.zeros(len(self.X))
         X[kept] = shortest(self.factor[:, [*kept, len(self.X)]])
-        run = self.last.chosen.run
-        return np.array(fit(run.evaluator, run.held, X).in_motion.residual.per_joint)
+        logs = self.last.campaign
+        return np.array(fit(logs.evaluator, logs.held, X).in_motion.residual.per_joint)
 
     def test(
         self,

@@ -17,7 +17,6 @@ import numpy as np
 from symgen.data.log import Log
 from symgen.data.long_logs import expanded, is_long
 from symgen.data.raw import Reading
-from symgen.data.signals import Samples
 from symgen.diagnosis.adoption import Adopted, adopt, declare
 from symgen.diagnosis.diagnosis import (
     Curves,
@@ -36,9 +35,10 @@ from symgen.diagnosis.messages import advice_of, corrections
 from symgen.diagnosis.second_encoder import with_stiffness
 from symgen.diagnosis.together import compared
 from symgen.errors import ParameterError
+from symgen.estimation.equation_model import kernels_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit, quiet
-from symgen.estimation.opening import Source, listed_logs, open_log, require_logs
+from symgen.estimation.opening import Source, Sources, listed_logs, open_log, require_logs
 from symgen.estimation.torque_error import (
     TorqueFit,
     modelled_torque,
@@ -46,7 +46,6 @@ from symgen.estimation.torque_error import (
     relative_error,
 )
 from symgen.estimation.values import FloatArray, Reason
-from symgen.faults.fault import Fault
 from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
 from symgen.hypotheses.changes import Change, Changed
 from symgen.hypotheses.confirm import REPEATED, Weighed, confirm
@@ -58,20 +57,17 @@ from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
+from symgen.identification.campaign import Campaign, Filtering, load_model, open_campaign
 from symgen.identification.judgement import CHANGED
-from symgen.identification.model_choice import BROKEN, Run, filter_in_band
-from symgen.identification.parameters import KnownParameters, read_known, values_of_file
-from symgen.identification.segments import LongLogs
+from symgen.identification.parameters import KnownParameters, read_known
+from symgen.identification.searched import BROKEN
 from symgen.identification.settle import EFFECT_MISSING, NO_ROBOT
-from symgen.identification.torque_scale import in_torque_scale
 from symgen.identification.workflow import (
     Identified,
-    LogsInMemory,
     Settings,
     Solved,
     identified,
-    open_sources,
-    solved_run,
+    solved,
 )
 from symgen.parallel import Say, silent
 from symgen.policy import CHIEFLY, LEAST, MISFIT, WORTH
@@ -136,11 +132,9 @@ def diagnose(
         raise ParameterError(f"effect {unknown[0]!r}; accepted: {', '.join(library)}")
     sources = expanded(listed_logs(logs)), expanded(listed_logs(validation))
     require_logs(sources[0])
-    fitted = parameters is None
-    case = _Case(robot, source, sources, reading, cutoff, least, progress, moving=fitted)
-    fixed = None if parameters is None else read_known(parameters, case.evaluator.model)
-    first = case.first if fixed is None else None
-    found = _search(case, first, fixed, effects, misfit)
+    case = _Case(robot, source, sources, reading, least, progress, parameters, cutoff)
+    first = case.first if case.known is None else None
+    found = _search(case, first, effects, misfit)
     if first is not None and first.estimate.has(NO_ROBOT) and not found[0].changes:
         found = _with_turned_torques(case, *found)
     progress("deriving, compiling and identifying the extended model")
@@ -160,25 +154,32 @@ class _Case:
         given: the robot, or the path of its file.
         source: the robot with the ranges of its constants.
         sources: the training and the validation logs.
-        reading, cutoff, least, progress: as for `diagnose`.
-        moving: whether every joint has to move in a training log.
+        reading, least, progress, parameters, cutoff: as for `diagnose`.
         done: identifications that are done, by robot file and undone changes.
     """
 
     given: Robot | str | Path
     source: Robot
-    sources: tuple[Sequence[Source], Sequence[Source]]
+    sources: Sources
     reading: Reading | None
-    cutoff: float | None
     least: float
     progress: Say
-    moving: bool
+    parameters: str | Path | None
+    cutoff: float | None
     done: dict[tuple[str, tuple[Changed, ...]], Identified] = field(default_factory=dict)
 
     @cached_property
     def robot(self) -> Robot:
         """The robot as its file declares it, without the ranges."""
         return replace(self.source, sought=())
+
+    @cached_property
+    def known(self) -> KnownParameters | None:
+        """The fixed parameters; None to fit them."""
+        if self.parameters is None:
+            return None
+        kernels = kernels_of(self._settings(self.robot).models)
+        return read_known(self.parameters, load_model(robot_toml(self.robot), kernels).model)
 
     @cached_property
     def recorded(self) -> list[list[Log]] | None:
@@ -193,36 +194,34 @@ class _Case:
         return [[opened(source) for source in group] for group in self.sources]
 
     @cached_property
-    def opened(self) -> LogsInMemory | LongLogs:
+    def campaign(self) -> Campaign:
         """The repaired logs, or a sample of long ones."""
-        settings = Settings.of(self.robot)
-        logs, reading = self.sources, self.reading
-        if self.recorded is not None:
-            logs = self.recorded[0], self.recorded[1]
-            reading = replace(reading or Reading(), start=None, until=None)
-        opened = open_sources(
-            self.robot,
-            self.robot,
-            logs,
-            settings.models,
-            reading,
-            self.progress,
-            moving=self.moving,
+        if self.recorded is None:
+            return self._opened(self.given, self.robot, self.sources, self.reading)
+        reading = replace(self.reading or Reading(), start=None, until=None)
+        logs = self.recorded[0], self.recorded[1]
+        return self._opened(self.given, self.robot, logs, reading)
+
+    def _opened(
+        self, given: Robot | str | Path, robot: Robot, logs: Sources, reading: Reading | None
+    ) -> Campaign:
+        models = self._settings(robot).models
+        known = self.known
+        filtering = Filtering(self.cutoff, known=None if known is None else known.band)
+        moving = known is None
+        return open_campaign(
+            given, robot, logs, models, reading, filtering, self.progress, moving=moving
         )
-        file_values = values_of_file(self.given, opened.evaluator.model)
-        return in_torque_scale(opened, file_values, opened.evaluator, self.reading)
 
     @property
     def evaluator(self) -> Evaluator:
         """The compiled model of the declared robot."""
-        return self.opened.evaluator
+        return self.campaign.evaluator
 
     @cached_property
     def first(self) -> Identified:
         """The fit of the declared robot."""
-        settings = self._settings(self.robot)
-        file_values = values_of_file(self.given, self.evaluator.model)
-        return identified(self.opened, settings, file_values)
+        return identified(self.campaign, self._settings(self.robot))
 
     def identified(self, robot: Robot, changes: Sequence[Changed] = ()) -> Identified:
         """Identify another robot, with some changes of the logs undone.
@@ -239,17 +238,16 @@ class _Case:
         return self.done[key]
 
     def _identified(self, robot: Robot, changes: Sequence[Changed]) -> Identified:
-        settings, run = self._settings(robot), self.first.chosen.run
-        opened = self.opened
+        settings, campaign = self._settings(robot), self.campaign
         if robot.drive != self.robot.drive:
-            logs, models = self.sources, settings.models
-            opened = open_sources(robot, robot, logs, models, self.reading, self.progress)
-        else:
-            opened = opened.of_robot(robot, settings.models)
-        if changes:
-            train, held = _undone(run.train, changes), _undone(run.held, changes)
-            opened = replace(opened, train=train, held=held)
-        return identified(opened, settings, None)
+            campaign = self._opened(robot, robot, self.sources, self.reading)
+        for item in changes:
+            undo = item.cause.undo
+            train, held = (tuple(map(undo, group)) for group in (campaign.train, campaign.held))
+            campaign = replace(campaign, train=train, held=held)
+        if changes or robot.drive == self.robot.drive:
+            campaign = campaign.of_robot(robot, settings.models).in_new_band()
+        return identified(campaign, settings)
 
     def refitted(self, robot: Robot, changes: Sequence[Changed] = ()) -> Solved:
         """Solve another robot without another search, by the model and on the logs of `first`."""
@@ -258,28 +256,16 @@ class _Case:
         settings = self._settings(robot)
         same = self.first.chosen.best.model.name
         models = tuple(m for m in settings.models if m.name == same) or settings.models
-        opened = self.opened.of_robot(robot, models)
-        run = replace(self.first.chosen.run, evaluator=opened.evaluator)
-        return solved_run(opened, run, replace(settings, models=models))
+        campaign = self.first.campaign.of_robot(robot, models)
+        return solved(campaign, replace(settings, models=models))
 
     def _settings(self, robot: Robot) -> Settings:
-        return Settings.of(robot, cutoff=self.cutoff, least=self.least)
-
-
-def _undone(logs: Sequence[FilteredLog], changes: Sequence[Changed]) -> list[Samples]:
-    """Return the samples of logs with changes undone."""
-    out = []
-    for log in logs:
-        for item in changes:
-            log = item.cause.undo(log)
-        out.append(log.samples)
-    return out
+        return Settings.of(robot, least=self.least)
 
 
 def _search(
     case: _Case,
     first: Identified | None,
-    known: KnownParameters | None,
     effects: Sequence[str] | None,
     misfit: float,
 ) -> tuple[SearchResult, tuple[Weighed, ...]]:
@@ -288,23 +274,18 @@ def _search(
     Args:
         case: the logs.
         first: the fit of the declared robot, whose repaired logs are searched.
-        known: fixed parameters instead.
         effects: names of effects to try; None for all.
         misfit: smallest model error to expect.
     """
-    if first is not None:
-        run, X = first.chosen.run, None
-    else:
-        assert known is not None
-        run = filter_in_band(case.opened, case.cutoff, known=known.band)
-        X = known.X
-    problem = make_problem(case.evaluator, run.train, run.held, X, misfit)
-    if any(reason.kind == BROKEN for reason in run.shown):
+    campaign = case.campaign if first is None else first.campaign
+    answer, X = campaign.answer, None if case.known is None else case.known.X
+    problem = make_problem(case.evaluator, campaign.train, campaign.held, X, misfit)
+    if any(reason.kind == BROKEN for reason in answer.shown):
         return SearchResult(problem, problem), ()
     registry = make_registry(problem, case.source, effects)
     start = None
-    if run.asked is not None and effects is None and misfit == MISFIT and not case.source.sought:
-        start, problem = run.asked, run.asked.declared
+    if answer.result and effects is None and misfit == MISFIT and not case.source.sought:
+        start, problem = answer.result, answer.result.declared
     result = search(problem, registry, case.least, progress=case.progress, start=start)
     return confirm(result, case.least)
 
@@ -379,12 +360,12 @@ def _measured(
         return _Gaps(was, now, None, gap_of(noise), validation_curves(logs, torques))
     promised = case.identified(adopted.robot) if adopted.undone else last
     assert isinstance(promised, Identified)
-    logs = first.chosen.run.held, promised.chosen.run.held
+    logs = first.campaign.held, promised.campaign.held
     before, after = (
-        _torques(x.chosen.run.evaluator, x.estimate.X, x.chosen.run.held) for x in (first, promised)
+        _torques(x.campaign.evaluator, x.estimate.X, x.campaign.held) for x in (first, promised)
     )
-    held, corrected = promised.chosen.run.held, None
-    delays = adopted.delays if promised.chosen.run.delays else ()
+    held, corrected = promised.campaign.held, None
+    delays = adopted.delays if promised.campaign.answer.delays else ()
     if contacts or {*adopted.undeclared} - {*delays}:
         held = problem.without(contacts).held
         after = together.torques(held)
@@ -396,7 +377,7 @@ def _measured(
         promised.outcome.torque_held,
         corrected,
         gap_of(floor),
-        validation_curves((first.chosen.run.held, held), (before, after)),
+        validation_curves((first.campaign.held, held), (before, after)),
         promised,
     )
 
@@ -404,7 +385,7 @@ def _measured(
 def _contacts(first: Identified | None, adopted: Adopted) -> tuple[Contact, ...]:
     """Return the contacts in training logs, and those in validation logs on the same joints."""
     result = adopted.result
-    train = (*(() if first is None else first.chosen.run.contacts), *result.contacts)
+    train = (*(() if first is None else first.campaign.answer.contacts), *result.contacts)
     joints = {contact.joints for contact in train}
     return (*train, *(c for c in result.held_contacts if c.joints in joints))
 
@@ -418,14 +399,14 @@ def _saturation(fitted: Identified | None, least: float) -> FoundEffect | None:
     """Return clipped torques as an effect of the recorder, if their samples hide a model's fit."""
     if fitted is None:
         return None
-    run = fitted.chosen.run
-    faults = [f for f in run.repairs if f.kind == "saturated"]
+    campaign = fitted.campaign
+    faults = [f for f in campaign.repairs if f.kind == "saturated"]
     if not faults:
         return None
-    robot = run.evaluator.model.robot
-    torques = _torques(run.evaluator, fitted.estimate.X, run.held)
-    whole = [log.unmasked for log in run.held]
-    fits = (compared(logs, torques, robot) for logs in (whole, run.held))
+    robot, held = campaign.robot, campaign.held
+    torques = _torques(campaign.evaluator, fitted.estimate.X, held)
+    whole = [log.unmasked for log in held]
+    fits = (compared(logs, torques, robot) for logs in (whole, held))
     before, after = (np.array(fit.residual.per_joint) for fit in fits)
     if (before - after).max() < least:
         return None
@@ -454,11 +435,11 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
         adopted = adopted.without_columns(_NO_BETTER)
         result = adopted.result
         gaps = _measured(case, first, adopted, contacts)
-    last = None if gaps.promised is None else gaps.promised.chosen.run
+    last = case.campaign if gaps.promised is None else gaps.promised.campaign
     suspected = _suspected(adopted, contacts, least)
     masked = case.reading is not None and _SATURATION in case.reading.mask
     clipped = None if masked else _saturation(gaps.promised, least)
-    found = list_effects(adopted, contacts, suspected, delays=last is None or not last.delays)
+    found = list_effects(adopted, contacts, suspected, delays=not last.answer.delays)
     effects = found if clipped is None else (clipped, *found)
     named = [e for e in effects if e.adopted]
     reasons = _reasons(gaps.promised)
@@ -471,7 +452,6 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
     scores = [w for w in others if isinstance(w.item, Score)]
     refused = [(w.item, w.reason) for w in scores if w.reason]
     refused += [(s, s.fault) for s in result.rejected[:_LISTED]]
-    repairs = tuple(case.opened.repairs if last is None else last.repairs)
     cutoffs = [log.rows.cutoff for log in result.problem.held if log.rows.cutoff]
     values = result.declared.X if first is None else first.estimate.X
     diagnosis = Diagnosis(
@@ -494,7 +474,7 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
             *(f"{line} (written into robot.toml)" for line in corrections(robot, adopted.robot)),
             *advice_of(effects, robot, verdict, gaps.explained),
         ),
-        notes=_notes(case, first, adopted, gaps, named, repairs),
+        notes=_notes(case, first, adopted, gaps, named, last),
         extended=adopted.robot,
         joints=robot.numbers,
         curves=gaps.curves,
@@ -502,9 +482,9 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
         parameters=robot_parameters(adopted),
         declared=robot,
         values=tuple(map(float, values)),
-        repairs=repairs,
-        mended=() if first is None else _mended(case, first.chosen.run),
-        band=result.problem.logs[0].band if gaps.promised is None else gaps.promised.estimate.band,
+        repairs=last.repairs,
+        mended=() if first is None else _mended(case, first.campaign),
+        band=last.band,
     )
     return with_stiffness(diagnosis, robot, stiffnesses(result.problem.base))
 
@@ -589,16 +569,14 @@ def _notes(
     adopted: Adopted,
     gaps: _Gaps,
     named: Sequence[FoundEffect],
-    repairs: Sequence[Fault],
+    last: Campaign,
 ) -> tuple[str, ...]:
     """Return notes on the logs, on the numbers, and on what the extended robot lacks."""
-    opened, source = case.opened, case.source
-    logs = adopted.result.problem.logs
-    band = logs[0].band if gaps.promised is None else gaps.promised.chosen.run.band
-    out = [note for s in (*opened.train, *opened.held) for note in s.notes]
-    out += [*(r.in_words for r in repairs), f"band: {band.in_words()}"]
-    if isinstance(opened, LongLogs):
-        out += [*opened.sampled.notes, *opened.sampled.in_words("read; the search is that of")]
+    opened, source = case.campaign, case.source
+    out = [note for log in opened.logs for note in log.samples.notes]
+    out += [*(fault.in_words for fault in last.repairs), f"band: {last.band.in_words()}"]
+    if opened.long is not None:
+        out += opened.long.in_words("read; the search is that of")
     if not opened.has_validation:
         out.append(
             "no validation log is given: the torque error is that of the last fifth of each log"
@@ -634,9 +612,9 @@ def _models(first: Identified, last: Identified) -> list[str]:
     return [text]
 
 
-def _mended(case: _Case, run: Run) -> tuple[MendedChannel, ...]:
+def _mended(case: _Case, campaign: Campaign) -> tuple[MendedChannel, ...]:
     """Return the channels that repairs changed the most."""
-    used = {log.name: log.samples for log in run.logs}
+    used = {log.name: log.samples for log in campaign.logs}
     logs = [] if case.recorded is None else [*chain(*case.recorded)]
     pairs = [(log, used[log.name]) for log in logs if log.name in used]
-    return largest_repairs(mended_channels(pairs, run.repairs, case.robot.sigma))
+    return largest_repairs(mended_channels(pairs, campaign.repairs, case.robot.sigma))

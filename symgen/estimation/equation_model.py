@@ -75,6 +75,10 @@ class EquationModel:
         kernels = (k for k in self.all_kernels if rubs or not k.startswith("friction"))
         return tuple(k for k in kernels if not (model.robot.imu and KERNELS[k].fixed_base))
 
+    def runs_on(self, evaluator: Evaluator) -> bool:
+        """Return whether a loaded model has all kernels."""
+        return all(evaluator.has(kernel) for kernel in self.kernels(evaluator.model))
+
     @property
     def gap(self) -> float:
         """Time in s that an equation reaches back."""

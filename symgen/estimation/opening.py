@@ -41,6 +41,9 @@ _USUALLY = 0.99  # quantile of the speed, without outliers
 HELD_OUT = 0.2
 #: Number of shifts in time, and of samples, for the comparison of the positions of two logs.
 _SHIFTS = 512
+#: The training and the validation logs of a run: as the user gives them, and opened.
+Sources = tuple[Sequence[Source], Sequence[Source]]
+Groups = tuple[list[Samples], list[Samples]]
 #: Ending of the name of a held-out part.
 LATE = " (last fifth)"
 
@@ -163,7 +166,7 @@ def first_held_out(count: int) -> int:
     return int(count * (1 - HELD_OUT))
 
 
-def hold_out(logs: Sequence[Samples]) -> tuple[list[Samples], list[Samples]]:
+def hold_out(logs: Sequence[Samples]) -> Groups:
     """Hold out the last fifth of every log.
 
     Raises:

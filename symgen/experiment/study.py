@@ -10,7 +10,7 @@ identifies them with each model and method, and compares them with the true valu
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,19 +21,17 @@ import numpy as np
 from symgen.codegen.model import derive
 from symgen.data.log import Log
 from symgen.data.raw import FloatArray
-from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import NEEDED, EquationModel, models_of, require_model
 from symgen.estimation.estimators import Estimator
-from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.torque_error import relative_error
 from symgen.experiment.recording import Instruments, Recording
 from symgen.experiment.reference import Reference, reference_of
 from symgen.experiment.simulate import KERNELS, Parameters, Simulation, simulate, values_of
-from symgen.faults.repair import join_bands, open_logs
+from symgen.identification.campaign import Campaign, Filtering
 from symgen.identification.instruments import instrumented
-from symgen.identification.model_choice import OpenLogs, filter_in_band
+from symgen.identification.known_band import open_in_known_band
 from symgen.identification.possible import nearest_possible
 from symgen.identification.solving import EquatedLog, Method, settle_load, solve_equations
 from symgen.parallel import Meter, Say, silent
@@ -230,17 +228,16 @@ def study(
     ]
     held = reference_of(held_out, source, duration=duration, rate=_HELD_HZ, seed=seed + 1)
     progress(f"identifying {runs} runs by {len(ways)} ways")
-    bands: dict[bool, Band] = {}
+    bands: dict[bool, Band | None] = {method.name == "iv": None for _, method in ways}
     estimates: list[list[tuple[FloatArray, FloatArray] | None]] = [[] for _ in ways]
-    for run, samples in enumerate(_recorded(evaluator, X, aims, made, runs, seed)):
-        if not run:
-            bands = _bands(evaluator, samples, ways, cutoff)
-        logs = {iv: [filter_log(s, band) for s in samples] for iv, band in bands.items()}
+    for run, logs in enumerate(_recorded(evaluator, X, aims, made, runs, seed)):
+        campaigns = _in_bands(evaluator, logs, cutoff, bands)
+        bands = {iv: campaign.band for iv, campaign in campaigns.items()}
         for way, solutions in zip(ways, estimates, strict=True):
-            solutions.append(_solved(evaluator, logs[way[1].name == "iv"], *way))
+            solutions.append(_solved(campaigns[way[1].name == "iv"], *way))
         meter((run + 1) / runs)
     results = tuple(
-        _result(evaluator, X, held, way, bands[way[1].name == "iv"], solutions)
+        _result(evaluator, X, held, way, campaigns[way[1].name == "iv"].band, solutions)
         for way, solutions in zip(ways, estimates, strict=True)
     )
     names = tuple(aim.name for aim in aims)
@@ -254,8 +251,8 @@ def _recorded(
     recording: Recording,
     runs: int,
     seed: int,
-) -> Iterator[list[Samples]]:
-    """Yield the logs of each run, read and repaired as `identify` does.
+) -> Iterator[list[Log]]:
+    """Yield the logs of each run, as recorded.
 
     A motion that all runs share is simulated once.
     """
@@ -275,27 +272,36 @@ def _recorded(
                     evaluator, X, trajectory=aim, recording=recording, runs=only, seed=seed
                 )
             logs.append(made.log())
-        (opened,), _ = open_logs((logs,), evaluator.model.robot, None, silent)
-        yield join_bands(opened, ())[0]
+        yield logs
 
 
-def _bands(
+def _in_bands(
     evaluator: Evaluator,
-    samples: Sequence[Samples],
-    ways: Sequence[tuple[EquationModel, Method]],
+    logs: Sequence[Log],
     cutoff: float | None,
-) -> dict[bool, Band]:
-    """Return the band of method iv (True) and of the others (False), from one run."""
-    opened = OpenLogs(evaluator, list(samples))
-    wanted = {method.name == "iv" for _, method in ways}
-    return {iv: filter_in_band(opened, cutoff, own_speeds=iv).band for iv in wanted}
+    bands: Mapping[bool, Band | None],
+) -> dict[bool, Campaign]:
+    """Return the logs of a run, opened as `identify` does, for method iv (True) and the others.
+
+    Args:
+        evaluator: the compiled model.
+        logs: the logs as recorded.
+        cutoff: cutoff of the filter, Hz; None to choose it.
+        bands: the bands of the first run; None to choose them.
+    """
+    out = dict[bool, Campaign]()
+    for iv, band in bands.items():
+        filtering = Filtering(cutoff, iv, band)
+        out[iv] = open_in_known_band(evaluator, None, logs, None, filtering)
+    return out
 
 
 def _solved(
-    evaluator: Evaluator, logs: Sequence[FilteredLog], model: EquationModel, method: Method
+    campaign: Campaign, model: EquationModel, method: Method
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return X and its standard deviations, (p,) each; None if the logs do not determine them."""
-    if evaluator.model.robot.loaded:
+    evaluator, logs = campaign.evaluator, campaign.train
+    if campaign.robot.loaded:
         model = settle_load(evaluator, logs, model)
     parts = [EquatedLog("train", log, model.equations(evaluator, log)) for log in logs]
     if method.name == "iv":

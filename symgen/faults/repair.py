@@ -18,7 +18,7 @@ from symgen.data.signals import (
 from symgen.data.units import plausible_units
 from symgen.errors import IdentificationError, LogError, plain
 from symgen.estimation.masking import masked
-from symgen.estimation.opening import Source, open_log
+from symgen.estimation.opening import Groups, Source, Sources, open_log
 from symgen.faults.fault import Fault
 from symgen.faults.rules import apply
 from symgen.faults.samples import MASKED, masked_stalls, repaired
@@ -78,12 +78,9 @@ def _time_unit(step: float) -> str:
 
 
 def open_logs(
-    groups: Sequence[Sequence[Source]],
-    robot: Robot,
-    reading: Reading | None,
-    progress: Callable[[str], None],
-) -> tuple[list[list[Samples]], list[Fault]]:
-    """Open the training logs, the validation logs, and so on, see `open_samples`.
+    sources: Sources, robot: Robot, reading: Reading | None, progress: Callable[[str], None]
+) -> tuple[Groups, list[Fault]]:
+    """Open the training and the validation logs, see `open_samples`.
 
     Raises:
         LogError: as `open_samples`.
@@ -96,7 +93,8 @@ def open_logs(
         done.extend(repairs)
         return samples
 
-    return [[opened(source) for source in group] for group in groups], done
+    train, held = sources
+    return ([opened(source) for source in train], [opened(source) for source in held]), done
 
 
 def require_motion(train: Sequence[Samples], robot: Robot) -> None:
@@ -121,15 +119,14 @@ def require_motion(train: Sequence[Samples], robot: Robot) -> None:
         )
 
 
-def join_bands(
-    train: Sequence[Samples], held_out: Sequence[Samples], comparison: float | None = None
-) -> tuple[list[Samples], list[Samples], tuple[Fault, ...]]:
+def with_mended_speeds(groups: Groups, comparison: float | None) -> tuple[Groups, list[Fault]]:
     """Repair measured speeds that are delayed or scaled, and torques that contain only noise.
 
     Args:
-        train, held_out: training and held-out logs.
-        comparison: their comparison band, Hz; by default that of the training logs.
+        groups: the training and the validation logs.
+        comparison: their comparison band, Hz; None for that of the training logs.
     """
+    train, held = groups
     comparison = comparison or comparison_band(train)
     done: list[Fault] = []
 
@@ -139,4 +136,4 @@ def join_bands(
         done.extend((*repairs, *silent))
         return samples
 
-    return [mended(s) for s in train], [mended(s) for s in held_out], tuple(done)
+    return ([mended(s) for s in train], [mended(s) for s in held]), done

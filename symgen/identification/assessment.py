@@ -105,25 +105,18 @@ def outcome(
     return Outcome(settled, *residuals, torque_train, torque_held, windows, repairs, notes)
 
 
-def assess(
-    chosen: ChosenModel,
-    result: Outcome,
-    file_values: FloatArray | None,
-    accept: float,
-    least: float,
-) -> Estimate:
+def assess(chosen: ChosenModel, result: Outcome, accept: float, least: float) -> Estimate:
     """Return the estimate of a solution, with its fit, its verdict, and its curves.
 
     Args:
-        chosen: the run with the solved equations; for long logs, those of a sample.
+        chosen: the logs with the solved equations; for long logs, those of a sample.
         result: the solution and its fit to all logs.
-        file_values: (p,) parameters in the robot file; None if it has none.
         accept: largest torque error of a usable model, as a part of the torque.
         least: smallest torque that matters, as a part of the torque.
     """
-    run, best, held = chosen.run, chosen.best, chosen.held
+    campaign, best, held = chosen.campaign, chosen.best, chosen.held
     model, train = best.model, best.train
-    evaluator, robot = run.evaluator, run.evaluator.model.robot
+    evaluator, robot = campaign.evaluator, campaign.robot
     settled = result.settled
     solution, method, bias = settled.solution, settled.method, ""
     if method.name not in UNBIASED and best.known is None:
@@ -135,14 +128,15 @@ def assess(
         std[best.known] = solution.std[best.known]
     parameters = _parameter_estimates(evaluator, X, std)
     error = result.torque_held.in_motion.residual
-    floor = noise_fit(evaluator, run.held, X).residual
-    run = with_incomplete_torques(run, X, floor, file_values)
+    floor = noise_fit(evaluator, campaign.held, X).residual
+    answer = with_incomplete_torques(campaign, X, floor)
+    campaign = replace(campaign, answer=answer)
     unexplained = _unexplained(error, floor, least)
     limits = restrictions(chosen.proportional, robot)
     uses = Uses(
-        prediction_use(run, settled, result.torque_held, floor, accept, least),
-        parameters_use(parameters, settled, unexplained, bias, scaled=scale_unknown(run)),
-        simulation_use(evaluator, (run.train, run.held), X, parameters, limits, file_values),
+        prediction_use(campaign, settled, result.torque_held, floor, accept, least),
+        parameters_use(parameters, settled, unexplained, bias, scaled=scale_unknown(campaign)),
+        simulation_use(campaign, X, parameters, limits),
     )
     headline = _headline(result.torque_held, floor, uses.prediction.large)
     model_traces = [t for part in (*train, *held) for t in _model_traces(part, model, X)]
@@ -167,17 +161,17 @@ def assess(
         moving=error,
         noise_floor=floor,
         unexplained=unexplained,
-        cutoff_hz=run.band.cutoff_hz,
+        cutoff_hz=campaign.band.cutoff_hz,
         window_s=None if model.name == "torque" else model.window,
         verdict="trusted" if uses.prediction.ok else "doubtful",
         reasons=uses.prediction.reasons,
         suspected=(
-            *run.suspected,
-            *suspicions(run, solution, (result.torque_train, result.torque_held), accept),
+            *answer.suspected,
+            *suspicions(campaign, solution, (result.torque_train, result.torque_held), accept),
         ),
         headline=BETWEEN_USES.join((headline, *uses.sentences)),
         uses=uses,
-        band=run.band,
+        band=campaign.band,
         alternatives=tuple(_alternatives(chosen.alternatives, method, solution, result)),
         repairs=result.repairs,
         physical=settled.physical,
@@ -240,10 +234,9 @@ def _alternatives(
 
 def _notes(chosen: ChosenModel, solution: Solution, result: Outcome) -> tuple[str, ...]:
     """Return notes on changes of the logs, and on the limits of the standard deviations."""
-    run, count = chosen.run, len(solution.X)
-    out = [note for log in run.logs for note in log.samples.notes]
-    out += [f"band: {run.band.in_words()}", *_of_rests(run.band, result.torque_held)]
-    if not run.has_validation:
+    campaign, count = chosen.campaign, len(solution.X)
+    out = [*campaign.notes, *_of_rests(campaign.band, result.torque_held)]
+    if not campaign.has_validation:
         out.append("no validation log is given: the last fifth of each log is held out")
     if result.windows < _PLENTY * count:
         out.append(
@@ -256,7 +249,7 @@ def _notes(chosen: ChosenModel, solution: Solution, result: Outcome) -> tuple[st
         out.append(
             f"equations are weighted by log and joint; largest over smallest weight: {ratio:.3g}"
         )
-    out.append(implausible(run.evaluator, run.train, solution.X))
+    out.append(implausible(campaign.evaluator, campaign.train, solution.X))
     return tuple(filter(None, out))
 
 

@@ -25,8 +25,9 @@ from symgen.estimation.solve import Solution
 from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import TorqueFit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
+from symgen.hypotheses.ask import Answer
+from symgen.identification.campaign import Campaign
 from symgen.identification.estimate import ParameterEstimate
-from symgen.identification.model_choice import Run
 from symgen.identification.settle import Settled, like_no_robot
 from symgen.identification.simulation import mixed_states, motion_states, some_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
@@ -66,25 +67,30 @@ _SCALED = (
 
 
 def prediction_use(
-    run: Run, settled: Settled, held: TorqueFit, noise: Residual, accept: float, least: float
+    campaign: Campaign,
+    settled: Settled,
+    held: TorqueFit,
+    noise: Residual,
+    accept: float,
+    least: float,
 ) -> PredictionUse:
     """Judge the torque error on held-out motion, for joints in motion if any joint moves.
 
     Args:
-        run: the logs, with the faults that are shown.
+        campaign: the logs, with the faults that are shown.
         settled: the solution, and whether a robot can have its parameters.
         held: torques of the validation logs.
         noise: torque error that noise alone causes on them.
         accept: largest torque error of a usable model, as a part of the torque.
         least: smallest torque that matters, as a part of the torque.
     """
-    error, fold = held.in_motion.residual.relative, run.largest_fold_error
-    reasons = list(run.shown)
-    large = _large_errors(run, held, noise, accept)
+    error, fold = held.in_motion.residual.relative, campaign.answer.largest_fold_error
+    reasons = list(campaign.answer.shown)
+    large = _large_errors(campaign, held, noise, accept)
     grade = "usable" if large or error > GOOD else "good"
     if error <= accept:
         if settled.physical.reason is not None and settled.physical.held_out is not None:
-            model, fitted = run.evaluator.model, settled.solution
+            model, fitted = campaign.evaluator.model, settled.solution
             errors = settled.physical.held_out
             reasons += like_no_robot(model, fitted.X, fitted.covariance, errors, accept)
         if large and large[0].value > JOINT and not reasons:
@@ -92,7 +98,7 @@ def prediction_use(
             reasons.append(replace(large[0], kind="joint_error", limit=JOINT, text=text))
     else:
         grade = "poor"
-        reasons += _not_excited(run, settled.solution, accept)
+        reasons += _not_excited(campaign, settled.solution, accept)
         reasons += _mostly_noise(min(noise.relative, error))
         text = f"the torque error is above {100 * accept:g} %"
         if not reasons:
@@ -153,20 +159,22 @@ def parameters_use(
 
 
 def suspicions(
-    run: Run, solution: Solution, torques: tuple[TorqueFit, TorqueFit], accept: float
+    campaign: Campaign, solution: Solution, torques: tuple[TorqueFit, TorqueFit], accept: float
 ) -> list[Reason]:
     """Return possible faults of the logs, and reasons against predicting other motions.
 
     Args:
-        run: the logs.
+        campaign: the logs.
         solution: the solution.
         torques: torques of the training and of the validation logs.
         accept: largest torque error of a usable model, as a part of the torque.
     """
-    reasons = _hardly_moving(run.train, run.evaluator.model.robot)
-    if run.has_validation:
+    reasons = _hardly_moving(campaign.train, campaign.robot)
+    if campaign.has_validation:
         reasons += changed_state(*(fit.in_motion.residual.relative for fit in torques))
-    other = uncertain_torque(run.evaluator, run.train, solution.noise, mixed=True).relative
+    other = uncertain_torque(
+        campaign.evaluator, campaign.train, solution.noise, mixed=True
+    ).relative
     if other > accept:
         text = (
             "on other motions in the same range the uncertainty of the parameters alone causes "
@@ -197,15 +205,16 @@ def changed_state(train: float, held: float) -> list[Reason]:
     return [Reason(CHANGED, value=held, limit=VARIES * train, text=text)]
 
 
-def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
+def _not_excited(campaign: Campaign, solution: Solution, accept: float) -> list[Reason]:
     """Return a reason if the training logs leave the torque of the held-out motion uncertain."""
     train, held = (
-        uncertain_torque(run.evaluator, logs, solution.covariance) for logs in (run.train, run.held)
+        uncertain_torque(campaign.evaluator, logs, solution.covariance)
+        for logs in (campaign.train, campaign.held)
     )
     limit = max(accept, VARIES * train.relative)
     if held.relative <= limit:
         return []
-    robot = run.evaluator.model.robot
+    robot = campaign.robot
     before, after = (np.array(x.per_joint) for x in (train, held))
     places = np.flatnonzero(after > np.maximum(accept, VARIES * before)).tolist()
     text = (
@@ -225,16 +234,18 @@ def _mostly_noise(noise: float) -> list[Reason]:
     return [Reason("noise", value=noise, limit=half, text=text)]
 
 
-def _large_errors(run: Run, held: TorqueFit, noise: Residual, accept: float) -> list[Reason]:
+def _large_errors(
+    campaign: Campaign, held: TorqueFit, noise: Residual, accept: float
+) -> list[Reason]:
     """Return the driven joints in motion with a large torque error, the largest first.
 
     It is above `accept` and above three times its noise floor.
     """
-    robot, each = run.evaluator.model.robot, np.array(held.in_motion.residual.per_joint)
+    robot, each = campaign.robot, np.array(held.in_motion.residual.per_joint)
     above = above_noise(each, noise.per_joint or (), accept)
     above[robot.passive] = False
-    moving = moving_joints([log.qd for log in run.held], robot.sigma)
-    size = each * rms(np.concatenate([log.measured for log in run.held]))
+    moving = moving_joints([log.qd for log in campaign.held], robot.sigma)
+    size = each * rms(np.concatenate([log.measured for log in campaign.held]))
     reasons = []
     for j in sorted(moving, key=lambda j: -each[j]):
         if above[j]:
@@ -277,45 +288,42 @@ def restrictions(proportional: Sequence[Sequence[int]], robot: Robot) -> list[Re
     ]
 
 
-def with_incomplete_torques(
-    run: Run, X: FloatArray, noise: Residual, stated: FloatArray | None
-) -> Run:
-    """Return a run with a fault if its torques lack friction or weight of the robot.
+def with_incomplete_torques(campaign: Campaign, X: FloatArray, noise: Residual) -> Answer:
+    """Return what a search found, with a fault if the torques lack friction or weight of the robot.
 
     The feed-forward of a controller has neither friction nor noise. A drive that adds torque for
     weight or friction itself may log the rest. A simulated robot may have no friction either: this
     is a fault only if the robot file states friction, or the columns have the name of a command.
 
     Args:
-        run: the logs.
+        campaign: the logs.
         X: parameters, (p,).
         noise: torque error that noise alone causes on the validation logs.
-        stated: (p,) parameters in the robot file; None if it has none.
     """
-    evaluator = run.evaluator
-    of_file = 0 * X if stated is None else stated
+    answer, evaluator = campaign.answer, campaign.evaluator
+    of_file = 0 * X if campaign.file_values is None else campaign.file_values
     rubs = np.arange(len(X)) >= evaluator.model.inertial
-    q, qd, qdd, *base = some_states(*motion_states(run.train))
+    q, qd, qdd, *base = some_states(*motion_states(campaign.train))
 
     def torque(values: FloatArray, rate: int) -> FloatArray:
         return rms(torque_at(evaluator, values, q, rate * qd, rate * qdd, *base))
 
     if rms(torque(X, 0)) < WEIGHT_LEFT * rms(torque(of_file, 0)):
-        return replace(run, shown=(Reason("no_weight", text=_NO_WEIGHT),))
+        return replace(answer, shown=(Reason("no_weight", text=_NO_WEIGHT),))
     if rms(rubs * X) < FRICTION_LEFT * rms(rubs * of_file):
         little = Reason("little_friction", text=_LITTLE_FRICTION)
-        run = replace(run, suspected=(*run.suspected, little))
+        answer = replace(answer, suspected=(*answer.suspected, little))
     if (
         rubs.any()
         and math.isnan(noise.relative)
         and (torque(rubs * X, 1) <= LEAST * torque(X, 1)).all()
     ):
         computed = (Reason("computed_torque", text=_COMPUTED),)
-        named = re.search(_COMMAND, "\n".join(run.train[0].samples.notes))
-        certain = named or evaluator.model.robot.drive or (rubs * of_file).any()
-        suspected = (*run.suspected, *computed)
-        run = replace(run, shown=computed) if certain else replace(run, suspected=suspected)
-    return run
+        named = re.search(_COMMAND, "\n".join(campaign.train[0].samples.notes))
+        if named or campaign.robot.drive or (rubs * of_file).any():
+            return replace(answer, shown=computed)
+        answer = replace(answer, suspected=(*answer.suspected, *computed))
+    return answer
 
 
 def _numbers(robot: Robot, places: Sequence[int]) -> tuple[int, ...]:
@@ -349,9 +357,9 @@ def uncertain_torque(
     return relative_error(variance, np.mean(tau**2, axis=0), evaluator.model.robot.sigma)
 
 
-def scale_unknown(run: Run) -> bool:
+def scale_unknown(campaign: Campaign) -> bool:
     """Whether gains that are known up to a common factor gave the torques of a training log."""
-    servo = run.evaluator.model.robot.controller
+    servo = campaign.robot.controller
     if servo is None or servo.scale != "unknown":
         return False
-    return any(log.samples.command is not None for log in run.train)
+    return any(log.samples.command is not None for log in campaign.train)

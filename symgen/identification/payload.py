@@ -28,9 +28,10 @@ from symgen.estimation.opening import Source, listed_logs, require_logs, require
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
+from symgen.identification.campaign import Filtering
 from symgen.identification.curves import FILE, read_traces
 from symgen.identification.estimate import JointLabel, joints_of
-from symgen.identification.known_band import open_in_band
+from symgen.identification.known_band import open_in_known_band
 from symgen.identification.load import COM, LABELS, Load, read_off
 from symgen.identification.load_problem import LoadProblem, load_problem
 from symgen.identification.parameters import KnownParameters, read_known
@@ -225,25 +226,19 @@ def payload(
         alone = load_problem(evaluator, ([log], []), in_file.X, link, mass, model.inertial)
         return alone.error(in_file.X)
 
-    opened = open_in_band(
-        evaluator,
-        robot,
-        [*loaded, *bare],
-        reading,
-        band=None if in_file is None else in_file.band,
-        shifts=() if in_file is None else in_file.shifts,
-        error=error,
-        cutoff=cutoff,
-        progress=progress,
+    filtering = Filtering(cutoff, known=None if in_file is None else in_file.band)
+    shifts = () if in_file is None else in_file.shifts
+    campaign = open_in_known_band(
+        evaluator, robot, [*loaded, *bare], reading, filtering, shifts, error, progress
     )
-    require_other_data([log.samples for log in opened.logs], [])
-    groups = opened.logs[: len(loaded)], opened.logs[len(loaded) :]
+    require_other_data([log.samples for log in campaign.train], [])
+    groups = campaign.train[: len(loaded)], campaign.train[len(loaded) :]
     progress("solving")
     known = None if bare else in_file  # with logs without the load, X comes from them
     X = _without_load(evaluator, groups[1]) if known is None else known.X
     problem = load_problem(evaluator, groups, X, link, mass, 0 if known is None else model.inertial)
     solved = problem.solve(X)
-    covariance, notes = solved.solution.covariance, opened.notes
+    covariance, notes = solved.solution.covariance, campaign.notes
     how = "logs with and without the load, solved together"
     if known is not None:
         how = "logs with the load and given parameters, with the friction fitted again"
@@ -274,8 +269,8 @@ def payload(
         gain_uncertainty_percent=gain,
         residual=errors,
         method=f"weighted least squares of torque: {how}",
-        band=opened.band,
-        repairs=opened.repairs,
+        band=campaign.band,
+        repairs=campaign.repairs,
         notes=notes + more,
         joints=joints_of(source),
         joint=link,

@@ -22,9 +22,10 @@ from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
+from symgen.identification.campaign import Filtering
 from symgen.identification.curves import require_times
 from symgen.identification.estimate import JointLabel, joints_of
-from symgen.identification.known_band import error_of, open_in_band
+from symgen.identification.known_band import error_of, open_in_known_band
 from symgen.identification.parameters import read_known
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -112,17 +113,10 @@ def predict(
     source = read_robot(robot)
     model = derive(source, (*JUDGING, "energy"))
     known, evaluator = read_known(parameters, model), load(model)
-    opened = open_in_band(
-        evaluator,
-        robot,
-        [log],
-        reading,
-        band=known.band,
-        shifts=known.shifts,
-        error=error_of(evaluator, known.X),
-        cutoff=cutoff,
-    )
-    (filtered,) = opened.logs
+    filtering = Filtering(cutoff, known=known.band)
+    error = error_of(evaluator, known.X)
+    campaign = open_in_known_band(evaluator, robot, [log], reading, filtering, known.shifts, error)
+    (filtered,) = campaign.train
     compared = fit(evaluator, [filtered], known.X)
     noise = noise_fit(evaluator, [filtered], known.X).residual
     torque = torque_at(evaluator, known.X, *filtered.motion)
@@ -141,9 +135,9 @@ def predict(
         error=compared.residual,
         moving=compared.in_motion.residual,
         noise=noise,
-        band=opened.band,
-        repairs=opened.repairs,
-        notes=(*opened.notes, *compared.motion_note),
+        band=campaign.band,
+        repairs=campaign.repairs,
+        notes=(*campaign.notes, *compared.motion_note),
         torque=Trace(filtered.name, "validation", "torque", filtered.t, measured, torque),
         kinetic=kinetic[:, 0],
         potential=potential[:, 0],
@@ -172,11 +166,10 @@ def torque_errors(
         LogError: symgen cannot read the log, or it belongs to another robot.
     """
     evaluator = load(derive(robot, JUDGING))
-    opened = open_in_band(
-        evaluator, robot, [log], reading, band=band, shifts=shifts,
-        error=error_of(evaluator, parameters[-1]),
-    )  # fmt: skip
-    return [fit(evaluator, opened.logs, X).in_motion.residual.relative for X in parameters]
+    filtering = Filtering(known=band)
+    error = error_of(evaluator, parameters[-1])
+    campaign = open_in_known_band(evaluator, robot, [log], reading, filtering, shifts, error)
+    return [fit(evaluator, campaign.train, X).in_motion.residual.relative for X in parameters]
 
 
 def read_prediction(path: str | Path) -> Prediction:

@@ -67,7 +67,7 @@ def settle(chosen: ChosenModel, method: Method, least: Solution, prior: WeakPrio
         least: the solution without constraints.
         prior: weak prior for what the equations do not determine.
     """
-    model = chosen.run.evaluator.model
+    model = chosen.campaign.evaluator.model
     base = method.unconstrained
     reason: Reason | None = None
     try:

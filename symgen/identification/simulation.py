@@ -19,6 +19,7 @@ from symgen.estimation.playback import (
 )
 from symgen.estimation.torque_error import percent
 from symgen.estimation.values import SEED, FloatArray, Reason
+from symgen.identification.campaign import Campaign
 from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.settle import joint_of_friction
@@ -33,12 +34,10 @@ STATES = 500
 
 
 def simulation_use(
-    evaluator: Evaluator,
-    logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]],
+    campaign: Campaign,
     X: FloatArray,
     parameters: Sequence[ParameterEstimate],
     restrictions: Sequence[Reason],
-    file_values: FloatArray | None,
 ) -> SimulationUse:
     """Judge whether the model can be simulated over the range of the motion.
 
@@ -47,24 +46,22 @@ def simulation_use(
     held-out motion, the position error has to stay below the limits of `symgen.policy`.
 
     Args:
-        evaluator: the compiled model, with inverse_dynamics.
-        logs: the training logs, and the validation logs.
+        campaign: the logs.
         X: (p,) parameters.
         parameters: the same with their standard deviations.
         restrictions: reasons that restrict the model to some motion, which a simulation would
             leave.
-        file_values: (p,) parameters in the robot file; None if it has none.
     """
     if restrictions:
         return SimulationUse(tuple(restrictions))
-    train, held = logs
-    reasons = [*_mass_matrix_reasons(evaluator, train, X), *_friction_reasons(parameters)]
-    if evaluator.model.robot.imu:
+    evaluator = campaign.evaluator
+    reasons = [*_mass_matrix_reasons(evaluator, campaign.train, X), *_friction_reasons(parameters)]
+    if campaign.robot.imu:
         moves = Reason("not_simulated", text="the base moves, and simulations have a base at rest")
         return SimulationUse((*reasons, moves))
-    windows = _windows(held)
+    windows = _windows(campaign.held)
     horizons, diverged = _play(evaluator, windows, X)
-    before, _ = _play(evaluator, windows, file_values)
+    before, _ = _play(evaluator, windows, campaign.file_values)
     if horizons:
         reasons += _position_reasons(horizons)
     else:

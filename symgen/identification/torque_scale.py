@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, TypeVar
 
 import numpy as np
 
 from symgen.data.log import roles_with_unit
 from symgen.data.mask import rms
 from symgen.data.raw import Reading, refuse
+from symgen.estimation.opening import Groups
 from symgen.estimation.system import torque_at
 from symgen.estimation.values import FloatArray
 from symgen.policy import HEAVY, SCALE
 from symgen.runtime.evaluator import Evaluator
 
-#: Logs of a run, in the fields `train` and `held` of a dataclass.
-Opened = TypeVar("Opened", bound=Any)
-
 
 def in_torque_scale(
-    opened: Opened, X: FloatArray | None, evaluator: Evaluator, reading: Reading | None
-) -> Opened:
+    groups: Groups, X: FloatArray | None, evaluator: Evaluator, reading: Reading | None
+) -> Groups:
     """Refuse logs whose torques are far above everything in the robot file; note others.
 
     The file states two sizes: the torque of its masses at rest in the poses of the logs, and its
@@ -30,7 +27,7 @@ def in_torque_scale(
     this RMS large gives a note.
 
     Args:
-        opened: a dataclass with the logs of a run, `train` and `held`.
+        groups: the training and the validation logs.
         X: (p,) parameters in the robot file, None if it has none.
         evaluator: the compiled model.
         reading: units from the user, which are believed.
@@ -40,8 +37,8 @@ def in_torque_scale(
     """
     robot = evaluator.model.robot
     if X is None or robot.imu:
-        return opened
-    logs = *opened.train, *opened.held
+        return groups
+    logs = *groups[0], *groups[1]
     believed = roles_with_unit(reading or Reading()) & {"tau", "i"}
     stated = np.array((robot.limits and robot.limits.torque) or [np.inf] * robot.n)
     currents = robot.drive is not None and robot.drive.torque_constant is not None
@@ -67,8 +64,8 @@ def in_torque_scale(
                 refuse(f"{what}, and {torque / limit:.0f} times the torque limits", how)
             s = replace(s, notes=(*s.notes, f"{what}: check its unit (--unit) and the masses"))
         out.append(s)
-    count = len(opened.train)
-    return replace(opened, train=out[:count], held=out[count:])
+    count = len(groups[0])
+    return out[:count], out[count:]
 
 
 def _size(x: FloatArray) -> float:

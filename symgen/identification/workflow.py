@@ -11,54 +11,41 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from symgen.codegen.model import derive
 from symgen.data.long_logs import LIMIT, expanded, is_long
 from symgen.data.raw import Reading
 from symgen.errors import IdentificationError
 from symgen.estimation.equation_model import (
     NEEDED,
     EquationModel,
-    kernels_of,
     models_of,
     require_model,
 )
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.opening import (
     Source,
-    hold_out,
     listed_logs,
     require_logs,
-    require_other_data,
 )
 from symgen.estimation.solve import Solution
-from symgen.estimation.values import FloatArray
-from symgen.faults.repair import open_logs, require_motion
 from symgen.identification.assessment import (
     Outcome,
     assess,
     outcome,
 )
+from symgen.identification.campaign import Campaign, Filtering, open_campaign
 from symgen.identification.estimate import UNCHECKED, Estimate
-from symgen.identification.model_choice import (
-    ChosenModel,
-    OpenLogs,
-    Run,
-    ask_search,
-    blame_motion,
-    choose_model,
-    filter_in_band,
-)
-from symgen.identification.parameters import read_prior, values_of_file
-from symgen.identification.segments import LongLogs, load_model, open_long_logs
+from symgen.identification.model_choice import ChosenModel, choose_model
+from symgen.identification.parameters import read_prior
+from symgen.identification.proportional import blame_motion
+from symgen.identification.searched import searched
+from symgen.identification.segments import solve_segments
 from symgen.identification.settle import Settled, settle
 from symgen.identification.solving import AUTO, FOLDED, Fit, Method, solve_equations, system_of
-from symgen.identification.torque_scale import in_torque_scale
 from symgen.parallel import Say, silent
 from symgen.policy import ACCEPT, LEAST
 from symgen.robot.toml_io import read_robot
-from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import Evaluator, load
+from symgen.runtime.evaluator import Evaluator
 
 MODELS = (AUTO, *NEEDED)
 
@@ -120,7 +107,7 @@ def identify(
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     source = replace(source, exact=exact or source.exact)
     options = fit or Fit()
-    about = Settings.of(source, model, method, window, options, cutoff, accept, least)
+    about = Settings.of(source, model, method, window, options, accept, least)
     sources, held = expanded(listed_logs(logs)), expanded(listed_logs(validation))
     motions = options.motions(len(sources), about.method.name)
     require_logs(sources)
@@ -130,11 +117,12 @@ def identify(
             f"{needed} on a long log; accepted: methods {', '.join(FOLDED)} alone, or files "
             f"on a disk of {LIMIT:,} samples together"
         )
-    opened = open_sources(robot, source, (sources, held), about.models, reading, progress, executor)
-    file_values = values_of_file(robot, opened.evaluator.model)
-    opened = in_torque_scale(opened, file_values, opened.evaluator, reading)
-    about = replace(about.with_prior(options, opened.evaluator), motions=tuple(motions))
-    return identified(opened, about, file_values).estimate
+    filtering = Filtering(cutoff, own_speeds=about.method.name == "iv" and not motions)
+    campaign = open_campaign(
+        robot, source, (sources, held), about.models, reading, filtering, progress, executor
+    )
+    about = replace(about.with_prior(options, campaign.evaluator), motions=tuple(motions))
+    return identified(campaign, about).estimate
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +133,6 @@ class Settings:
         models: models to fit.
         method: method of the solution.
         motions: commanded motion of each training log; empty if there are none.
-        cutoff: cutoff of the filter, Hz; None to choose it.
         accept: largest torque error of a usable model, as a part of the torque.
         least: smallest torque that matters, as a part of the joint's torque.
     """
@@ -153,7 +140,6 @@ class Settings:
     models: tuple[EquationModel, ...]
     method: Method
     motions: tuple[Source, ...] = ()
-    cutoff: float | None = None
     accept: float = ACCEPT
     least: float = LEAST
 
@@ -165,7 +151,6 @@ class Settings:
         method: str | Estimator = AUTO,
         window: float = 0.2,
         fit: Fit | None = None,
-        cutoff: float | None = None,
         accept: float = ACCEPT,
         least: float = LEAST,
     ) -> Settings:
@@ -180,7 +165,7 @@ class Settings:
             raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
         by = Method.of(method, (fit or Fit()).forgetting)
         models = _equation_models(robot, model, window, by)
-        return cls(models, by, (), cutoff, accept, least)
+        return cls(models, by, (), accept, least)
 
     def with_prior(self, fit: Fit, evaluator: Evaluator) -> Settings:
         """Return the settings with the prior of a fit."""
@@ -197,6 +182,11 @@ class Solved:
     chosen: ChosenModel
     outcome: Outcome
 
+    @property
+    def campaign(self) -> Campaign:
+        """The logs, with what a search undid."""
+        return self.chosen.campaign
+
 
 @dataclass(frozen=True, eq=False)
 class Identified(Solved):
@@ -205,45 +195,36 @@ class Identified(Solved):
     estimate: Estimate
 
 
-def identified(
-    opened: LogsInMemory | LongLogs, settings: Settings, file_values: FloatArray | None
-) -> Identified:
-    """Choose the band, undo faults, choose the model, solve and judge.
-
-    Args:
-        opened: the logs, and the model of their robot.
-        settings: the options.
-        file_values: (p,) parameters in the robot file; None if it has none.
-    """
-    own_speeds = settings.method.name == "iv" and not settings.motions
-    run = filter_in_band(opened, settings.cutoff, own_speeds=own_speeds)
-    opened.progress("searching for faults of the logs and missing effects")
-    run = ask_search(opened, run, settings.cutoff, settings.least)
-    return identified_run(opened, run, settings, file_values)
-
-
-def identified_run(
-    opened: LogsInMemory | LongLogs,
-    run: Run,
-    settings: Settings,
-    file_values: FloatArray | None = None,
-) -> Identified:
-    """Choose the model, solve and judge, with logs in their band; see `identified`."""
-    by, progress = settings.method, opened.progress
-    chosen = choose_model(run, settings.models, by, settings.motions, progress)
+def identified(campaign: Campaign, settings: Settings) -> Identified:
+    """Undo faults of the logs, choose the model, solve and judge."""
+    campaign.progress("searching for faults of the logs and missing effects")
+    campaign = searched(campaign, settings.least)
+    by, progress = settings.method, campaign.progress
+    chosen = choose_model(campaign, settings.models, by, settings.motions, progress)
     with blame_motion(chosen.fault):
-        result = opened.solve(chosen, by)
+        result = _solve(chosen, by)
     progress("judging")
-    estimate = assess(chosen, result, file_values, settings.accept, settings.least)
+    estimate = assess(chosen, result, settings.accept, settings.least)
     return Identified(chosen, result, estimate)
 
 
-def solved_run(opened: LogsInMemory | LongLogs, run: Run, settings: Settings) -> Solved:
-    """Choose the model and solve it by least squares; see `identified`."""
+def solved(campaign: Campaign, settings: Settings) -> Solved:
+    """Choose the model and solve it by least squares, without a search or a judgement."""
     plain = settings.method.unconstrained
-    chosen = choose_model(run, settings.models, plain, settings.motions, opened.progress)
+    chosen = choose_model(campaign, settings.models, plain, settings.motions, campaign.progress)
     settled = Settled(_least_squares(chosen, plain), plain, UNCHECKED)
     return Solved(chosen, _outcome(chosen, settled))
+
+
+def _solve(chosen: ChosenModel, method: Method) -> Outcome:
+    """Solve the equations of the chosen model, over all segments of long logs."""
+    if chosen.campaign.long is not None:
+        return solve_segments(chosen, method)
+    rows = sum(e.rows for p in chosen.best.train for e in p.equations)
+    names = chosen.campaign.evaluator.model.base.names
+    chosen.campaign.progress(f"solving {rows} equations for {len(names)} parameters")
+    solution = _least_squares(chosen, method)
+    return _outcome(chosen, settle(chosen, method, solution, chosen.best.prior))
 
 
 def _least_squares(chosen: ChosenModel, method: Method) -> Solution:
@@ -251,58 +232,17 @@ def _least_squares(chosen: ChosenModel, method: Method) -> Solution:
     best = chosen.best
     if method.is_wls and best.solution is not None:
         return best.solution
-    about = chosen.run.evaluator, best.train, method, best.model
+    about = chosen.campaign.evaluator, best.train, method, best.model
     return solve_equations(*about, best.needed_prior)
 
 
 def _outcome(chosen: ChosenModel, settled: Settled) -> Outcome:
     """Return the fit of a solution to logs in memory."""
-    run, best, X = chosen.run, chosen.best, settled.solution.X
+    campaign, best, X = chosen.campaign, chosen.best, settled.solution.X
     is_plain = best.solution is not None and X is best.solution.X
-    torques = best.torques if is_plain else run.torques(X)
-    train, held = (system_of(run.evaluator, logs).logs for logs in (best.train, chosen.held))
-    return outcome(settled, best.model, (train, held), torques, run.repairs)
-
-
-def open_sources(
-    robot: Robot | str | Path | Evaluator,
-    source: Robot,
-    logs: tuple[Sequence[Source], Sequence[Source]],
-    models: Sequence[EquationModel],
-    reading: Reading | None,
-    progress: Say,
-    executor: Executor | None = None,
-    *,
-    moving: bool = True,
-) -> LogsInMemory | LongLogs:
-    """Read and repair the training and the validation logs, or a sample of long ones.
-
-    Without validation logs, the end of each log is held out.
-
-    Args:
-        robot: the first argument of `identify`.
-        source: the robot.
-        logs: the training and the validation logs.
-        models: models to fit.
-        reading, progress, executor: as for `identify`.
-        moving: whether every joint has to move in a training log.
-    """
-    if is_long([*logs[0], *logs[1]]):
-        return open_long_logs(source, *logs, models, reading, executor, progress)
-    (train, held), repairs = open_logs(logs, source, reading, progress)
-    require_other_data(train, held)
-    has_validation = bool(held)
-    if not has_validation:
-        train, held = hold_out(train)
-    if moving:
-        require_motion(train, source)
-    progress("deriving and compiling the model")
-    evaluator = robot if isinstance(robot, Evaluator) else None
-    if evaluator is None or not all(
-        evaluator.has(k) for model in models for k in model.kernels(evaluator.model)
-    ):
-        evaluator = load(derive(source, kernels_of(models)))
-    return LogsInMemory(evaluator, train, held, repairs, has_validation, progress)
+    torques = best.torques if is_plain else campaign.torques(X)
+    train, held = (system_of(campaign.evaluator, logs).logs for logs in (best.train, chosen.held))
+    return outcome(settled, best.model, (train, held), torques, campaign.repairs)
 
 
 def _equation_models(
@@ -325,20 +265,3 @@ def _needs_memory(robot: Robot, method: Method, options: Fit) -> str:
         f"method {method.label}": not method.plain,
     }
     return next((name for name, value in needed.items() if value), "")
-
-
-class LogsInMemory(OpenLogs):
-    """Logs that are completely in memory."""
-
-    def of_robot(self, robot: Robot, models: Sequence[EquationModel]) -> LogsInMemory:
-        """Return the logs with the model of another robot with the same drive."""
-        return replace(self, evaluator=load_model(robot_toml(robot), kernels_of(models)))
-
-    def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
-        """Solve the equations of the chosen model, if possible with the solution of the choice."""
-        run, best = chosen.run, chosen.best
-        rows = sum(e.rows for p in best.train for e in p.equations)
-        names = run.evaluator.model.base.names
-        self.progress(f"solving {rows} equations for {len(names)} parameters")
-        least = _least_squares(chosen, method)
-        return _outcome(chosen, settle(chosen, method, least, best.prior))

@@ -1,0 +1,96 @@
+"""Search the logs of a run for faults and missing effects, and undo delays and contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from symgen.estimation.decimation import PER_PERIOD
+from symgen.estimation.values import Reason
+from symgen.faults.fault import Fault, shifted_torques
+from symgen.faults.samples import unmended_faults
+from symgen.hypotheses.ask import Answer, ask
+from symgen.hypotheses.changes import Changed
+from symgen.hypotheses.event import Contact
+from symgen.identification.campaign import Campaign
+from symgen.identification.proportional import proportional_joints
+
+#: Kind of the reason that a channel must be recorded again.
+BROKEN = "broken_channel"
+_ROUNDS = 3  # most searches; each may find a fault that the ones before hid
+
+
+def searched(campaign: Campaign, least: float) -> Campaign:
+    """Search for missing effects and faults of the logs, and undo delays and contacts.
+
+    A delay of more than one kept row spoils the choice of the band, which is then repeated.
+
+    Args:
+        campaign: the logs.
+        least: smallest torque that matters, as a part of a joint's torque.
+    """
+    passive = campaign.robot.passive
+    every = [f for log in campaign.logs for f in unmended_faults(log.samples, passive)]
+    broken = tuple(Reason(BROKEN, text=f.fault) for f in every)
+    if broken:
+        return replace(campaign, answer=Answer(shown=broken))
+    delays, contacts = tuple[Changed, ...](), tuple[Contact, ...]()
+    for _ in range(_ROUNDS):
+        answer = ask(campaign.evaluator, campaign.train, campaign.held, least, campaign.progress)
+        if not (answer.delays or answer.contacts):
+            break
+        delays += answer.delays
+        contacts += answer.contacts
+        campaign = _without(_shifted(campaign, answer.delays), answer.contacts)
+        longest = max((abs(item.cause.delay) for item in answer.delays), default=0.0)
+        if longest * campaign.band.comparison_hz * PER_PERIOD > 1:
+            campaign = campaign.in_new_band()
+    answer = replace(answer, delays=delays, contacts=contacts)
+    if delays or contacts:
+        answer = replace(answer, result=None)
+    # The filter spreads masked samples slightly into the rows around them.
+    if any(log.mask is not None for log in campaign.logs):
+        answer = replace(answer, largest_fold_error=0.0)
+    # With parameters that the logs cannot separate, the search could name any of several causes.
+    if proportional_joints(campaign.train):
+        answer = replace(answer, shown=(), suspected=())
+    return replace(campaign, answer=answer)
+
+
+def _without(campaign: Campaign, contacts: Sequence[Contact]) -> Campaign:
+    """Return the logs with the samples of contacts masked."""
+    for contact in contacts:
+        span, where = contact.cause, campaign.robot.listed(contact.joints)
+        fault = Fault(
+            span.log,
+            "tau",
+            f"contact of {where}, {span.start:.3g} to {span.end:.3g} s",
+            samples=span.last - span.first + 1,
+            done="left out",
+            kind=contact.definition.name,
+            joints=contact.joints,
+        )
+        train, held = (tuple(map(span.mask, group)) for group in (campaign.train, campaign.held))
+        repairs = (*campaign.repairs, fault)
+        campaign = replace(campaign, train=train, held=held, repairs=repairs)
+    return campaign
+
+
+def _shifted(campaign: Campaign, delays: Sequence[Changed]) -> Campaign:
+    """Return the logs with the torques of some joints, or of all, shifted."""
+    for item in delays:
+        undo = item.cause.undo
+        train, held = (tuple(map(undo, group)) for group in (campaign.train, campaign.held))
+        repairs = (*campaign.repairs, _shift(item, campaign))
+        campaign = replace(campaign, train=train, held=held, repairs=repairs)
+    return campaign
+
+
+def _shift(item: Changed, campaign: Campaign) -> Fault:
+    """Return the repair of a delay of torques."""
+    change = item.cause
+    channel = ", ".join(f"tau{j + 1}" for j in change.joints) or "tau"
+    joints = campaign.robot.listed(change.joints) if change.joints else "all joints"
+    fault = shifted_torques(channel, change.delay, change.sizes[0].std, joints)
+    samples = sum(len(log.t) for log in campaign.logs)
+    return replace(fault, samples=samples, joints=change.joints, gap_reduction=item.gain)
