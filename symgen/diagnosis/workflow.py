@@ -242,9 +242,7 @@ class _Case:
         if robot.drive != self.robot.drive:
             campaign = self._opened(robot, robot, self.sources, self.reading)
         for item in changes:
-            undo = item.cause.undo
-            train, held = (tuple(map(undo, group)) for group in (campaign.train, campaign.held))
-            campaign = replace(campaign, train=train, held=held)
+            campaign = campaign.changed(item.cause.undo)
         if changes or robot.drive == self.robot.drive:
             campaign = campaign.of_robot(robot, settings.models).in_new_band()
         return identified(campaign, settings)
@@ -278,7 +276,8 @@ def _search(
         misfit: smallest model error to expect.
     """
     campaign = case.campaign if first is None else first.campaign
-    answer, X = campaign.answer, None if case.known is None else case.known.X
+    answer = campaign.answer
+    X = None if case.known is None else case.known.X
     problem = make_problem(case.evaluator, campaign.train, campaign.held, X, misfit)
     if any(reason.kind == BROKEN for reason in answer.shown):
         return SearchResult(problem, problem), ()
@@ -385,9 +384,12 @@ def _measured(
 def _contacts(first: Identified | None, adopted: Adopted) -> tuple[Contact, ...]:
     """Return the contacts in training logs, and those in validation logs on the same joints."""
     result = adopted.result
-    train = (*(() if first is None else first.campaign.answer.contacts), *result.contacts)
+    train = [*result.contacts]
+    if first is not None:
+        train = [*first.campaign.answer.contacts, *train]
     joints = {contact.joints for contact in train}
-    return (*train, *(c for c in result.held_contacts if c.joints in joints))
+    held = [contact for contact in result.held_contacts if contact.joints in joints]
+    return (*train, *held)
 
 
 def _torques(evaluator: Evaluator, X: FloatArray, logs: Sequence[FilteredLog]) -> list[FloatArray]:

@@ -257,7 +257,8 @@ def _of_rests(band: Band, held: TorqueFit) -> tuple[str, ...]:
     """Return a note on the weight of samples at rest, if the validation logs have any."""
     if band.rests is None:
         return ()
-    low, high = (f"{w:.2g}" for w in (min(band.rests.weight), max(band.rests.weight)))
+    low = f"{min(band.rests.weight):.2g}"
+    high = f"{max(band.rests.weight):.2g}"
     weights = low if low == high else f"{low} to {high}"
     return tuple(
         "joints stand still at times, where static friction can take any value between its limits: "
@@ -312,6 +313,7 @@ def _model_traces(part: EquatedLog, model: EquationModel, X: FloatArray) -> tupl
         return ()
     t = reduce(np.intersect1d, [e.t for e in part.equations])  # masks differ by joint
     kept = [(e, np.isin(e.t, t)) for e in part.equations]
-    measured = np.stack([(e.y / e.scale)[k] for e, k in kept], axis=1)
-    predicted = np.stack([(e.W @ X / e.scale)[k] for e, k in kept], axis=1)
-    return (Trace(part.log.name, part.kind, model.name, t, measured, predicted),)
+    measured = [(e.y / e.scale)[k] for e, k in kept]
+    predicted = [(e.W @ X / e.scale)[k] for e, k in kept]
+    sides = np.stack(measured, axis=1), np.stack(predicted, axis=1)
+    return (Trace(part.log.name, part.kind, model.name, t, *sides),)

@@ -5,7 +5,7 @@ A long log is a sample of its pieces in memory, and the address of all of them o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -117,14 +117,21 @@ class Campaign:
         long = self.long and replace(self.long, kernels=kernels)
         return replace(self, evaluator=evaluator, file_values=None, answer=Answer(), long=long)
 
+    def changed(self, change: Callable[[FilteredLog], FilteredLog]) -> Campaign:
+        """Return the campaign with every log changed."""
+        train = tuple(map(change, self.train))
+        held = tuple(map(change, self.held))
+        return replace(self, train=train, held=held)
+
     def in_new_band(self) -> Campaign:
         """Return the same logs in a band that is chosen again."""
-        train, held = ([log.samples for log in group] for group in (self.train, self.held))
+        train = [log.samples for log in self.train]
         threads = 1 if self.long is None else self.long.threads
         self.progress("choosing the band")
         band = self.filtering.band_of(self.evaluator, train, threads)
         self.progress(f"band: {band.in_words()}")
-        return replace(self, band=band, train=filtered(train, band), held=filtered(held, band))
+        campaign = replace(self, band=band)
+        return campaign.changed(lambda log: filter_log(log.samples, band))
 
 
 def open_campaign(
@@ -161,7 +168,8 @@ def open_campaign(
     kernels, long = kernels_of(models), None
     if is_long([*logs[0], *logs[1]]):
         window = max(model.gap for model in models)
-        long, groups, repairs = sample_logs(robot, logs, reading or Reading(), window, progress)
+        rows = reading or Reading()
+        long, groups, repairs = sample_logs(robot, logs, rows, window, progress)
         long = replace(long, kernels=kernels, executor=executor)
     else:
         groups, repairs = open_logs(logs, robot, reading, progress)
@@ -209,18 +217,13 @@ def in_band(
         evaluator,
         filtering,
         band,
-        filtered(train, band),
-        filtered(held, band),
+        tuple(filter_log(samples, band) for samples in train),
+        tuple(filter_log(samples, band) for samples in held),
         repairs=(*repairs, *more),
         file_values=file_values,
         long=long,
         progress=progress,
     )
-
-
-def filtered(logs: Sequence[Samples], band: Band) -> tuple[FilteredLog, ...]:
-    """Return logs in a band."""
-    return tuple(filter_log(samples, band) for samples in logs)
 
 
 @lru_cache(maxsize=4)

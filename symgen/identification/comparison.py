@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from symgen.errors import ParameterError
+from symgen.estimation.opening import LATE
 from symgen.identification.estimate import (
     LOG_DIGEST,
     ROBOT_DIGEST,
@@ -205,7 +206,7 @@ def compare(a: Estimate | str | Path, b: Estimate | str | Path) -> Comparison:
         )
     logs = _logs(second)
     shared = tuple(label for digest, label in _logs(first).items() if digest in logs)
-    files = [{name.removesuffix(" (last fifth)") for name in _logs(e).values()}
+    files = [{name.removesuffix(LATE) for name in _logs(e).values()}
              for e in (first, second)]  # fmt: skip
     alike = tuple(sorted(set.intersection(*files) - set(shared)))
     notes = _notes(first, second, shared, alike)

@@ -141,8 +141,9 @@ def parameters_use(
         reasons.append(Reason("biased", text=bias))
     hidden = [p.name for p in parameters if math.isnan(p.std)]
     bound, count = settled.at_bound, len(parameters)
-    weak = [p.name for p in parameters if p.relative_std_percent > KNOWN and p.name not in bound]
-    known = [p.name for p in parameters if p.relative_std_percent <= KNOWN and p.name not in bound]
+    inside = [p for p in parameters if p.name not in bound]
+    weak = [p.name for p in inside if p.relative_std_percent > KNOWN]
+    known = [p.name for p in inside if p.relative_std_percent <= KNOWN]
     against = settled.physical.reason
     if against is not None and not hidden:
         prefix = "" if settled.physical.possible is None else "not physically possible: "

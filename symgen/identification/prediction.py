@@ -81,7 +81,7 @@ class Prediction(Viewable):
     def to_csv(self) -> bytes:
         """Return the curves as the content of prediction.csv."""
         n = self.torque.measured.shape[1]
-        labels = [f"tau{j}" for j in range(1, n + 1)] + [f"predicted{j}" for j in range(1, n + 1)]
+        labels = [f"{name}{j}" for name in ("tau", "predicted") for j in range(1, n + 1)]
         columns = [self.torque.t, self.torque.measured, self.torque.predicted]
         rows = np.column_stack([*columns, self.kinetic, self.potential])
         return csv_bytes(["t", *labels, "kinetic", "potential"], rows)

@@ -12,7 +12,7 @@ from symgen.data.long_logs import Stretch, read_rows, stretches
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.errors import LogError, first_of
-from symgen.estimation.opening import Groups, Sources, first_held_out
+from symgen.estimation.opening import LATE, Groups, Sources, first_held_out
 from symgen.faults.fault import Fault
 from symgen.faults.repair import open_samples
 from symgen.parallel import Say, thread_count
@@ -95,12 +95,14 @@ def sample_logs(
         progress(f"looking at {kind} samples")
         group = []
         for s, rows in sampled_rows([s for s in parts if s.kind == kind], budget):
-            piece = rows != s.rows
-            since = f" from {s.times[0] + (rows[0] - s.rows[0]) * s.step:.0f} s" if piece else ""
-            log = read_rows(s, rows, robot, plain, s.name + since)
-            samples, done = open_samples(log, robot, plain, clock=(s.times[0], s.step))
+            name, clock = s.name, (s.times[0], s.step)
+            if rows != s.rows:
+                start, _ = s.between(*rows).times
+                name += f" from {start:.0f} s"
+            log = read_rows(s, rows, robot, plain, name)
+            samples, done = open_samples(log, robot, plain, clock=clock)
             repairs.extend(done)
-            group.append(replace(samples, piece=piece))
+            group.append(replace(samples, piece=rows != s.rows))
         return group
 
     groups = opened(KINDS[0], SAMPLE), opened(KINDS[1], HELD_SAMPLE)
@@ -131,7 +133,8 @@ def _stretches(
 def _split(s: Stretch) -> list[Stretch]:
     """Hold out the last fifth of a stretch."""
     edge = s.rows[0] + first_held_out(s.count)
-    late = replace(s.between(edge, s.rows[1]), name=f"{s.name} (last fifth)", kind="validation")
+    late = s.between(edge, s.rows[1])
+    late = replace(late, name=f"{s.name}{LATE}", kind=KINDS[1])
     return [s.between(s.rows[0], edge), late]
 
 
@@ -144,5 +147,6 @@ def sampled_rows(logs: Sequence[Stretch], budget: int) -> list[tuple[Stretch, tu
         first, last = s.rows
         begins = range(first, max(last - length, first) + 1, length)
         pieces += [(s, (k, min(k + length, last))) for k in begins]
-    chosen = np.linspace(0, len(pieces) - 1, min(PIECES, len(pieces))).astype(int)
+    count = min(PIECES, len(pieces))
+    chosen = np.linspace(0, len(pieces) - 1, count).astype(int)
     return [pieces[k] for k in chosen]

@@ -34,7 +34,8 @@ def searched(campaign: Campaign, least: float) -> Campaign:
     broken = tuple(Reason(BROKEN, text=f.fault) for f in every)
     if broken:
         return replace(campaign, answer=Answer(shown=broken))
-    delays, contacts = tuple[Changed, ...](), tuple[Contact, ...]()
+    delays = tuple[Changed, ...]()
+    contacts = tuple[Contact, ...]()
     for _ in range(_ROUNDS):
         answer = ask(campaign.evaluator, campaign.train, campaign.held, least, campaign.progress)
         if not (answer.delays or answer.contacts):
@@ -70,19 +71,16 @@ def _without(campaign: Campaign, contacts: Sequence[Contact]) -> Campaign:
             kind=contact.definition.name,
             joints=contact.joints,
         )
-        train, held = (tuple(map(span.mask, group)) for group in (campaign.train, campaign.held))
         repairs = (*campaign.repairs, fault)
-        campaign = replace(campaign, train=train, held=held, repairs=repairs)
+        campaign = replace(campaign.changed(span.mask), repairs=repairs)
     return campaign
 
 
 def _shifted(campaign: Campaign, delays: Sequence[Changed]) -> Campaign:
     """Return the logs with the torques of some joints, or of all, shifted."""
     for item in delays:
-        undo = item.cause.undo
-        train, held = (tuple(map(undo, group)) for group in (campaign.train, campaign.held))
         repairs = (*campaign.repairs, _shift(item, campaign))
-        campaign = replace(campaign, train=train, held=held, repairs=repairs)
+        campaign = replace(campaign.changed(item.cause.undo), repairs=repairs)
     return campaign
 
 

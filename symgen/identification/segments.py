@@ -44,9 +44,9 @@ from symgen.faults.repair import open_samples
 from symgen.faults.speeds import mended_speeds
 from symgen.faults.undo import with_earlier_torques
 from symgen.identification.assessment import Outcome, outcome
-from symgen.identification.campaign import Campaign, load_model
+from symgen.identification.campaign import load_model
 from symgen.identification.model_choice import ChosenModel
-from symgen.identification.sampling import KINDS
+from symgen.identification.sampling import KINDS, LongLogs
 from symgen.identification.settle import settle
 from symgen.identification.solving import Method
 from symgen.identification.weak_prior import WeakPrior
@@ -104,7 +104,9 @@ def segments_of(number: int, log: Stretch) -> list[Segment]:
     if not reads_rows(log.file):
         return [Segment(log, number)]
     first, last = log.rows
-    edges = [*range(first, max(last - long_logs.LIMIT // 2, first + 1), long_logs.LIMIT), last]
+    length = long_logs.LIMIT
+    end = max(last - length // 2, first + 1)
+    edges = [*range(first, end, length), last]
     return [Segment(log.between(*rows), number) for rows in pairwise(edges)]
 
 
@@ -117,15 +119,18 @@ def _open(segment: Segment, folding: Folding) -> tuple[FilteredLog, tuple[Fault,
     Raises:
         LogError: symgen cannot use the rows, for the same reasons as a log.
     """
-    s, robot, reading = segment.rows, folding.evaluator.model.robot, folding.reading
-    log, clock = read_rows(s, s.rows, robot, reading), (s.times[0], s.step)
+    s, reading = segment.rows, folding.reading
+    robot = folding.evaluator.model.robot
+    log = read_rows(s, s.rows, robot, reading)
+    clock = s.times[0], s.step
     repairs: tuple[Fault, ...] = ()
     if segment.clean:
         samples = sampled(open_log(log, robot, reading), clock)
     else:
         samples, repairs = open_samples(log, robot, reading, clock=clock)
     middle = slice(max(len(samples.t) - _LOOKED, 0) // 2, None)
-    looked, band = samples.cut(middle).cut(slice(_LOOKED)), folding.band.comparison_hz
+    looked = samples.cut(middle).cut(slice(_LOOKED))
+    band = folding.band.comparison_hz
     if not segment.clean and mended_speeds(looked, band)[1]:
         samples, more = mended_speeds(samples, band)
         repairs += more
@@ -169,9 +174,7 @@ def solve_segments(chosen: ChosenModel, method: Method) -> Outcome:
         chosen: the model, chosen on a sample.
         method: a method that needs only sums over segments.
     """
-    campaign, model = chosen.campaign, chosen.best.model
-    long = campaign.long
-    assert long is not None
+    campaign, model, long = chosen.campaign, chosen.best.model, _long(chosen)
     folding = Folding(
         robot_toml(campaign.robot),
         long.kernels,
@@ -180,18 +183,7 @@ def solve_segments(chosen: ChosenModel, method: Method) -> Outcome:
         model,
         tuple((c.cause.joints, c.cause.delay) for c in campaign.answer.delays),
     )
-    segments = [x for k, log in enumerate(long.stretches) for x in segments_of(k, log)]
-    each = partial(_each, campaign)
-    summaries: dict[tuple[int, int], Summary] = {}
-    mended: list[Fault] = []
-    again: list[Segment] = []
-    folded = each(partial(fold_equations, folding), segments, "equations")
-    for segment, (joints, repairs) in zip(segments, folded, strict=True):
-        mended += repairs
-        again.append(replace(segment, clean=not (repairs or long.reading.mask)))
-        for j, s in enumerate(joints):
-            key = segment.number, j
-            summaries[key] = merge_summaries([summaries[key], s]) if key in summaries else s
+    summaries, segments, mended = _summaries(chosen, folding)
     train, held = (
         {key: s for key, s in summaries.items() if long.stretches[key[0]].kind == kind}
         for kind in KINDS
@@ -200,30 +192,19 @@ def solve_segments(chosen: ChosenModel, method: Method) -> Outcome:
     campaign.progress(f"solving for {len(names)} parameters")
     parts = list(train.values())
     prior = WeakPrior.of(campaign.evaluator.model, parts)
-    needed = None if chosen.best.known is None or not method.is_wls else prior.rows
+    needed = prior.rows if method.is_wls and chosen.best.known is not None else None
     passes = 0 if method.name == Ols.name else PASSES
     weights, solved = log_weights(parts, names, passes, needed)
     lags = [s.lag for s in parts]
-    weighted = dict(zip(train, zip(weights, lags, strict=True), strict=True))
-
-    def errors(X: FloatArray) -> tuple[FloatArray, list[TorqueFit]]:
-        """Return the sums of scores for X, and the torque errors of both kinds of logs."""
-        fits = {kind: TorqueFit.none(campaign.robot) for kind in KINDS}
-        meat = np.zeros((len(X), len(X)))
-        results = each(partial(fold_errors, folding, X, weighted), again, "errors")
-        for segment, (part, fit) in zip(again, results, strict=True):
-            meat += part
-            fits[segment.rows.kind] += fit
-        return meat, list(fits.values())
-
-    meat, fits = errors(solved[0])
+    rows = dict(zip(train, zip(weights, lags, strict=True), strict=True))
+    meat, fits = _errors(chosen, segments, partial(fold_errors, folding, solved[0], rows))
     solution = least_squares_solution(parts, weights, solved, meat, needed)
     settled = settle(chosen, method, solution, prior)
     X = settled.solution.X
     if X is not solution.X:
-        _, fits = errors(X)
-    drawn = campaign.torques(X)
-    fits = [replace(a, traces=b.traces) for a, b in zip(fits, drawn, strict=True)]
+        _, fits = _errors(chosen, segments, partial(fold_errors, folding, X, rows))
+    curves = campaign.torques(X)
+    fits = [replace(every, traces=some.traces) for every, some in zip(fits, curves, strict=True)]
     everywhere = (fault for fault in campaign.repairs if fault.log == EVERYWHERE)
     return outcome(
         settled,
@@ -235,15 +216,52 @@ def solve_segments(chosen: ChosenModel, method: Method) -> Outcome:
     )
 
 
-def _each(
-    campaign: Campaign,
-    fold: Callable[[Segment], Result],
+def _long(chosen: ChosenModel) -> LongLogs:
+    assert chosen.campaign.long is not None
+    return chosen.campaign.long
+
+
+def _summaries(
+    chosen: ChosenModel, folding: Folding
+) -> tuple[dict[tuple[int, int], Summary], list[Segment], list[Fault]]:
+    """Return the summaries of all equations by log and joint, the segments, and their repairs."""
+    long = _long(chosen)
+    segments = [x for k, log in enumerate(long.stretches) for x in segments_of(k, log)]
+    summaries: dict[tuple[int, int], Summary] = {}
+    read: list[Segment] = []
+    mended: list[Fault] = []
+    folded = _each(chosen, partial(fold_equations, folding), segments, "equations")
+    for segment, (joints, repairs) in zip(segments, folded, strict=True):
+        mended += repairs
+        read.append(replace(segment, clean=not (repairs or long.reading.mask)))
+        for j, s in enumerate(joints):
+            key = segment.number, j
+            before = [summaries[key]] if key in summaries else []
+            summaries[key] = merge_summaries([*before, s])
+    return summaries, read, mended
+
+
+def _errors(
+    chosen: ChosenModel,
     segments: Sequence[Segment],
-    what: str,
+    fold: Callable[[Segment], tuple[FloatArray, TorqueFit]],
+) -> tuple[FloatArray, list[TorqueFit]]:
+    """Return the sums of scores, and the torque errors of both kinds of logs."""
+    fits = {kind: TorqueFit.none(chosen.campaign.robot) for kind in KINDS}
+    count = len(chosen.campaign.evaluator.model.base.names)
+    meat = np.zeros((count, count))
+    results = _each(chosen, fold, segments, "errors")
+    for segment, (part, fit) in zip(segments, results, strict=True):
+        meat += part
+        fits[segment.rows.kind] += fit
+    return meat, list(fits.values())
+
+
+def _each(
+    chosen: ChosenModel, fold: Callable[[Segment], Result], segments: Sequence[Segment], what: str
 ) -> Iterator[Result]:
     """Yield the result of each segment in order, and report the progress."""
-    long = campaign.long
-    assert long is not None
+    long = _long(chosen)
     for k, result in enumerate(in_order(fold, segments, long.threads, long.executor), 1):
         yield result
-        campaign.progress(f"{what}: {k} of {len(segments)} segments")
+        chosen.campaign.progress(f"{what}: {k} of {len(segments)} segments")
