@@ -23,9 +23,9 @@ from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.solve import residual_weights, shortest, weighted_triangle
 from symgen.estimation.summary import summaries
 from symgen.estimation.torque_error import fit, percent
-from symgen.estimation.values import FloatArray
+from symgen.estimation.values import FloatArray, Residual
 from symgen.hypotheses.changes import Changed
-from symgen.hypotheses.confirm import Weighed, restricted
+from symgen.hypotheses.confirm import Weighed, restricted, rising
 from symgen.hypotheses.effects import Candidate, Score
 from symgen.hypotheses.judged import Judged
 from symgen.hypotheses.registry import SearchResult
@@ -33,7 +33,7 @@ from symgen.identification.estimate import Estimate
 from symgen.identification.settle import NO_ROBOT
 from symgen.identification.solving import system_of
 from symgen.identification.workflow import Identified, Solved
-from symgen.policy import BEYOND, RISE, WORSE
+from symgen.policy import BEYOND, WORSE
 from symgen.robot.types import Robot
 
 #: Name of the effect that [drive] corrects.
@@ -187,22 +187,20 @@ def _failing(adopted: Adopted, first: Identified, least: float) -> dict[object, 
         out[weakest.key] = failing[weakest][1]
         without += kept.pop(weakest)
     if not out and adopted.result.items:
-        reason = _worse(first, adopted.last)
+        reason = _worse(first, adopted.last, least)
         if reason:
             out[_weakest(adopted)] = reason
     return out
 
 
-def _worse(first: Identified, last: Solved) -> str:
+def _worse(first: Identified, last: Solved, least: float) -> str:
     """Return why a fit is worse than the first one, or ""."""
-    before, after = (x.outcome.torque_held.in_motion.residual.relative for x in (first, last))
-    if after > before and not first.estimate.has(NO_ROBOT):
-        return (
-            "identified with it, the torque error on the validation data rises from "
-            f"{percent(before)} to {percent(after)}"
-        )
-    if not isinstance(last, Identified):
-        return ""
+    reason = ""
+    before, after = (x.outcome.torque_held.in_motion.residual for x in (first, last))
+    if not first.estimate.has(NO_ROBOT):
+        reason = rising(before, after, last.campaign.robot, least)
+    if reason or not isinstance(last, Identified):
+        return reason
     was, now = (_position_errors(x.estimate) for x in (first, last))
     for seconds in was.keys() & now.keys():
         if math.isfinite(was[seconds]) and not now[seconds] <= WORSE * was[seconds]:
@@ -258,19 +256,19 @@ class _Refits:
         every = self.last.campaign.evaluator.model.base.names
         return [k for k, name in enumerate(every) if name in new]
 
-    def errors(self, without: Sequence[int]) -> FloatArray:
-        """Return the torque errors on the validation logs, (n,), without some parameters."""
+    def errors(self, without: Sequence[int]) -> Residual:
+        """Return the torque errors on the validation logs without some parameters."""
         kept = np.setdiff1d(np.arange(len(self.X)), without)
         X = np.zeros(len(self.X))
         X[kept] = shortest(self.factor[:, [*kept, len(self.X)]])
         logs = self.last.campaign
-        return np.array(fit(logs.evaluator, logs.held, X).in_motion.residual.per_joint)
+        return fit(logs.evaluator, logs.held, X).in_motion.residual
 
     def test(
         self,
         score: Score,
         at: Sequence[int],
-        errors: tuple[FloatArray, FloatArray],
+        errors: tuple[Residual, Residual],
         found: Coefficients,
         least: float,
     ) -> tuple[float, str]:
@@ -279,7 +277,7 @@ class _Refits:
         Args:
             score: the effect.
             at: positions of its coefficients in X; empty if X has none.
-            errors: torque errors on the validation logs without the effect, and with it, (n,) each.
+            errors: torque errors on the validation logs without the effect, and with it.
             found: its values as columns of the declared model.
             least: smallest torque that matters, as a part of a joint's torque.
         """
@@ -289,18 +287,14 @@ class _Refits:
             return score.worth, reason
         covariance = self.last.outcome.settled.solution.covariance
         reason = reason or _unknown(self.X[list(at)], covariance[np.ix_(at, at)])
-        before, after = errors
-        explained = float(np.sqrt(np.maximum(before**2 - after**2, 0.0)).max())
-        rise, fall = float((after - before).max()), float((before - after).max())
-        if reason:
-            pass
-        elif explained < least:
+        was, now = (np.array(error.per_joint) for error in errors)
+        explained = float(np.sqrt(np.maximum(was**2 - now**2, 0.0)).max())
+        if not reason and explained < least:
             reason = (
                 f"identified with it, it explains {percent(explained)} of the torque of a joint on "
                 f"the validation data; what matters: {100 * least:.2g} %"
             )
-        elif rise > RISE * fall:
-            reason = f"it raises the torque error of a joint by {percent(rise)}"
+        reason = reason or rising(*errors, self.last.campaign.robot, least)
         return explained, reason
 
 

@@ -1,7 +1,7 @@
 """Grade the results of a search on the validation logs: adopted, shown as the cause, or suspected.
 
-    adopted     explains a part of a joint's torque that matters, raises the error of no joint by
-                such a part, and does not raise the total error
+    adopted     explains a part of a joint's torque that matters, and makes no error worse, see
+                `rising`
     shown       is adopted, and removes at least half of its joint's error above the noise floor
     suspected   everything else that is probable
 
@@ -18,7 +18,7 @@ import numpy as np
 
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.torque_error import percent, relative_error
-from symgen.estimation.values import FloatArray
+from symgen.estimation.values import FloatArray, Residual
 from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.effects import LogColumns, Score
 from symgen.hypotheses.event import Contact
@@ -28,7 +28,8 @@ from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import settled_constants
 from symgen.hypotheses.registry import SearchResult, leave_out
 from symgen.hypotheses.score import TINY, repeats_motion
-from symgen.policy import LEAST, ROUNDING, SHOWN
+from symgen.policy import LEAST, RISE, ROUNDING, SHOWN
+from symgen.robot.types import Robot
 
 REPEATED = "the held-out data only repeat the motion of the training logs, which confirms nothing"
 
@@ -143,7 +144,6 @@ def _weigh(result: SearchResult, items: Sequence[Judged], least: float) -> list[
             continue
         before = relative_error(without, size_without, sigma)
         was = np.array(before.per_joint)
-        rise = now - was
         more = (1 - ROUNDING) * was**2 - now**2
         fall = np.sqrt(np.maximum(more, 0.0))  # explained part of the torque
         # A wrong channel of one joint spoils the fit of others.
@@ -160,15 +160,35 @@ def _weigh(result: SearchResult, items: Sequence[Judged], least: float) -> list[
                 f"on the validation data it explains {percent(fell)} of the torque of a joint; "
                 f"what matters: {100 * least:.2g} %"
             )
-        elif rise.max() >= least or after.relative > (1 + ROUNDING) * before.relative:
-            k = int(np.argmax(rise))
-            reason = (
-                "on the validation data it raises a torque error from "
-                f"{percent(was[k])} to {percent(now[k])}"
-            )
-        rose = max(float(rise.max()), 0.0)
+        else:
+            reason = rising(before, after, result.problem.robot, least)
+        rose = max(float(np.max(now - was)), 0.0)
         out.append(Weighed(item, fell - rose, remaining, reason))
     return out
+
+
+def rising(before: Residual, after: Residual, robot: Robot, least: float) -> str:
+    """Return which torque error on the validation data gets worse, or "".
+
+    The error of a joint may rise by `RISE` times the largest fall of one, and the error of all
+    joints by `RISE` times what matters.
+
+    Args:
+        before, after: torque errors without some hypotheses, and with them.
+        robot: gives the names of joints.
+        least: smallest torque that matters, as a part of a joint's torque.
+    """
+    was, now = np.array(before.per_joint), np.array(after.per_joint)
+    k = int(np.argmax(now - was))
+    fall = max(float(np.max(was - now)), 0.0)
+    if now[k] > was[k] + RISE * fall + ROUNDING:
+        where, ends = f" of {robot.listed([k])}", (was[k], now[k])
+    elif after.relative > before.relative + RISE * least:
+        where, ends = "", (before.relative, after.relative)
+    else:
+        return ""
+    rise = f"from {percent(ends[0])} to {percent(ends[1])}"
+    return f"with it, the torque error{where} on the validation data rises {rise}"
 
 
 def _on_training(item: Judged) -> Weighed:
