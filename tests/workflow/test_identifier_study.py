@@ -6,8 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from support import sampled
-from workflow.identifier_study import (
+from studies.identifier_study import (
     ANY_ROBOT,
     CASES,
     NOISE,
@@ -18,6 +17,7 @@ from workflow.identifier_study import (
     plant,
     studied,
 )
+from support import sampled
 
 import symgen
 

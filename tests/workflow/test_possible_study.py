@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from workflow.possible_study import ROBOTS, estimate_of, study
+from studies.possible_study import ROBOTS, estimate_of, study
 
 
 def require_answers(name: str, count: int) -> None:

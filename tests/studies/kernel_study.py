@@ -1,6 +1,6 @@
 """How far every kernel of random robots is from Pinocchio, and its C from values of 50 digits.
 
-    python tests/identities/kernel_study.py [ROBOTS]
+    python tests/studies/kernel_study.py [ROBOTS]
 
 prints the largest error of each kernel over its largest value: NumPy and CasADi against Pinocchio
 (over 1 + the largest value), C and C in float by NAME_check.c, which holds values of 50 digits.

@@ -1,6 +1,6 @@
 """How many logs of sound robots are good for prediction.
 
-    python tests/workflow/clean_study.py --runs 100 --seed 95000
+    python tests/studies/clean_study.py --runs 100 --seed 95000
 
 Runs are those of oracles/clean_runs.py, no fault and no effect missing, but a smooth torque of
 `--misfit` on each joint that no model has.

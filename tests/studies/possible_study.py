@@ -1,6 +1,6 @@
 """Perturbed estimates of real robots: is every question whether they are possible answered?
 
-    python tests/workflow/possible_study.py emps ur10e 5 --count 100 --out FILE
+    python tests/studies/possible_study.py emps ur10e 5 --count 100 --out FILE
 
 Each robot of data/ is identified by least squares; a number is the seed of a random arm. The
 parameters are perturbed in five ways:

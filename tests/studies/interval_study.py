@@ -1,6 +1,6 @@
 """How often the 95 % intervals of `symgen identify` hold the truth: simulated runs.
 
-    python tests/workflow/interval_study.py --runs 100 --seed 60000 --out figures.json --workers 2
+    python tests/studies/interval_study.py --runs 100 --seed 60000 --out figures.json --workers 2
 
 Runs are those of tests/oracles/clean_runs.py. Each is drawn three times from its seed: as
 robot.toml has it ("noise"), with a smooth torque of 1 % that no model has ("misfit"), and with

@@ -1,7 +1,7 @@
 """The on-line identifier at rest, with one joint alone, under drift, with NaN and with outliers.
 
-    python tests/workflow/identifier_study.py [--samples 10000000] [--cases rest alone ...]
-    python tests/workflow/identifier_study.py --robot panda --samples 120000 --cases load start wild
+    python tests/studies/identifier_study.py [--samples 10000000] [--cases rest alone ...]
+    python tests/studies/identifier_study.py --robot panda --samples 120000 --cases load start wild
 
 A planar arm with gravity and friction is excited for 60 s at 1 kHz, with noise of encoders, speeds
 and torques. Then, for so many samples:

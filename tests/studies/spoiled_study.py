@@ -1,6 +1,6 @@
 """What identify's verdict says of logs and robot files that are spoiled.
 
-    python tests/workflow/spoiled_study.py ur10e arm5r-3 --seed 1 [--kinds one_zero] [--out F]
+    python tests/studies/spoiled_study.py ur10e arm5r-3 --seed 1 [--kinds one_zero] [--out F]
 
 Robots are folders of the shared data, or simulated arms of oracles/clean_runs.py with the number of
 the run. Every kind of oracles/spoiled.py is drawn at random. Harm is the torque error on the clean

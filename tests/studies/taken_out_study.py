@@ -1,6 +1,6 @@
 """Real logs whose robot file lacks a term that it had: what `diagnose` names in its place.
 
-    python tests/workflow/taken_out_study.py emps ur10e --out FILE
+    python tests/studies/taken_out_study.py emps ur10e --out FILE
 
 Each declared friction term, offset and rotor inertia of a robot of data/ is taken out, one at a
 time. A term counts where its joint's held-out torque error grows at least GROWTH times. It is
