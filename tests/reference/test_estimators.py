@@ -248,9 +248,43 @@ def test_durbin_wu_hausman_rejects_at_its_level_and_finds_bias(biased: bool) -> 
     assert (np.mean(rejected) > 0.99) if biased else (0.02 < np.mean(rejected) < 0.11)
 
 
-def test_iv_without_instruments_says_what_it_accepts() -> None:
-    with pytest.raises(symgen.IdentificationError, match="needs instruments; accepted"):
-        InstrumentalVariables().solve(_system(_rows(1)))
+@pytest.mark.parametrize(
+    ("estimator", "rows", "said"),
+    [
+        (InstrumentalVariables(), 400, "needs instruments; accepted"),
+        *((e, 4, "4 equations for 4 parameters")
+          for e in (Ols(), Wls(), Huber(), Prior(TRUE, TRUE), TotalLeastSquares())),
+        *((Prior(mean, std), 400, "the prior is not one of 4 parameters")
+          for mean, std in ((TRUE[:3], TRUE[:3]), (TRUE, np.ones(3)), (np.ones(5), np.ones(5)))),
+        *((Prior(TRUE * mean, np.append(np.ones(3), std)), 400, "means are not finite, or a std")
+          for mean, std in ((np.nan, 1), (np.inf, 1), (1, 0.0), (1, -1.0), (1, np.nan))),
+        *((TotalLeastSquares(np.array(noise)), 400, "is not 4 numbers of 0 or above")
+          for noise in ([0.1] * 3, [0.1, -0.1, 0, 0], [0.1, np.nan, 0, 0], [0.1, np.inf, 0, 0])),
+    ],
+)  # fmt: skip
+def test_what_an_estimator_cannot_use_is_said(estimator: Estimator, rows: int, said: str) -> None:
+    with pytest.raises(symgen.IdentificationError, match=said):
+        estimator.solve(_system(_rows(1, rows)))
+
+
+def test_total_least_squares_without_an_answer_says_so() -> None:
+    W = 1e-3 * np.tile([1.0, -1.0], 50)[:, None]
+    flat = LinearSystem(("A",), (Equations("a", W, np.ones(100), np.arange(100.0), 1),))
+    with pytest.raises(symgen.IdentificationError, match="total least squares has no"):
+        TotalLeastSquares(np.ones(1)).solve(flat)
+
+
+@pytest.mark.parametrize(
+    ("alike", "names"), [(2, "A, B (1 of 10"), (8, "A, B, C, D, E, F, G, H (7 of 10"),
+                         (9, "F, G, H, ... (8 of 10")],
+)  # fmt: skip
+def test_what_is_not_determined_is_named_and_counted(alike: int, names: str) -> None:
+    W = np.random.default_rng(17).normal(size=(50, 10))
+    W[:, :alike] = W[:, :1]
+    system = LinearSystem(tuple("ABCDEFGHIJ"), (Equations("a", W, W[:, 0], np.arange(50.0), 1),))
+    with pytest.raises(symgen.IdentificationError) as refused:
+        Ols().solve(system)
+    assert f"{names} combinations" in str(refused.value)
 
 
 class TestNearestPossible:
