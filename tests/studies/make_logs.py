@@ -21,7 +21,7 @@ from scipy.integrate import solve_ivp
 TESTS = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(TESTS))
 
-from oracles import backlash, planar2r, stiction  # noqa: E402
+from oracles import planar2r  # noqa: E402
 from oracles.arm import Arm, X  # noqa: E402
 from oracles.arm import sines as waves  # noqa: E402
 from oracles.hidden.cases import case  # noqa: E402
@@ -30,6 +30,7 @@ from oracles.hidden.machines import MACHINES, Machine  # noqa: E402
 from oracles.hidden.motion import STEP, generator  # noqa: E402
 from oracles.hidden.simulate import simulate  # noqa: E402
 from oracles.hidden.sizes import rms  # noqa: E402
+from studies import backlash, stiction  # noqa: E402
 
 Log = dict[str, np.ndarray]
 Logs = dict[str, object]

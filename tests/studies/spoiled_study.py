@@ -3,7 +3,7 @@
     python tests/studies/spoiled_study.py ur10e arm5r-3 --seed 1 [--kinds one_zero] [--out F]
 
 Robots are folders of the shared data, or simulated arms of oracles/clean_runs.py with the number of
-the run. Every kind of oracles/spoiled.py is drawn at random. Harm is the torque error on the clean
+the run. Every kind of studies/spoiled.py is drawn at random. Harm is the torque error on the clean
 validation motion of what identify makes of the spoiled case, over that of the clean one. A kind is
 seeable where a fit of an engineer (oracles/engineer.py) to the spoiled case leaves more of its
 validation torque than his fit to the clean one, by 0.8 % of a joint's torque in squares. Counted
@@ -32,10 +32,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from oracles import clean_runs, engineer, spoiled
+from oracles import clean_runs, engineer
 from oracles.faults import Log
-from oracles.spoiled import Case
 from oracles.transforms import Arm, world_transforms
+from studies import spoiled
+from studies.spoiled import Case
 from support import data_folder, figures_text
 
 LEAST, HARM = 0.008, 1.2

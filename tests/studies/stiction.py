@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-
 from oracles.hidden.engines import PinocchioEngine
 from oracles.hidden.machines import Machine
 from oracles.hidden.motion import generator, reference

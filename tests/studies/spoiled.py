@@ -13,7 +13,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-
 from oracles import faults
 from oracles.faults import Fault, Log
 
