@@ -24,13 +24,13 @@ sys.path.insert(0, str(TESTS))
 from oracles import planar2r  # noqa: E402
 from oracles.arm import Arm, X  # noqa: E402
 from oracles.arm import sines as waves  # noqa: E402
-from oracles.hidden.cases import case  # noqa: E402
 from oracles.hidden.engines import PinocchioEngine  # noqa: E402
 from oracles.hidden.machines import MACHINES, Machine  # noqa: E402
 from oracles.hidden.motion import STEP, generator  # noqa: E402
 from oracles.hidden.simulate import simulate  # noqa: E402
-from oracles.hidden.sizes import rms  # noqa: E402
 from studies import backlash, stiction  # noqa: E402
+from studies.hidden.cases import case  # noqa: E402
+from studies.hidden.sizes import rms  # noqa: E402
 
 Log = dict[str, np.ndarray]
 Logs = dict[str, object]
@@ -59,7 +59,7 @@ def hidden(
     robot: str, effect: str | tuple[str, ...] | None, seed: int, misfit: float = 0.0,
     given: dict[str, float] | None = None,
 ) -> Logs:  # fmt: skip
-    """One of the effects of oracles/hidden; `given` are factors of the parameters before."""
+    """One of the effects of studies/hidden; `given` are factors of the parameters before."""
     run = case(robot, effect, "moderate", seed, misfit=misfit)
     lines = []
     if run.given or given:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-
-from oracles.hidden import effects, whole
-from oracles.hidden.effects import Builder, Scene, forgotten
 from oracles.hidden.machines import Machine, Torque
+from studies.hidden import effects, whole
+from studies.hidden.effects import Builder, Scene, forgotten
 
 EFFECTS: dict[str, Builder] = {
     "coulomb_friction": forgotten("coulomb_friction", "coulomb", "FS", "coulomb"),

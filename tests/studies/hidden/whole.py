@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-
-from oracles.hidden.effects import Channels, Hidden, Scene
 from oracles.hidden.machines import Coupling, Machine, body
+from scipy.interpolate import CubicSpline
+from studies.hidden.effects import Channels, Hidden, Scene
 
 
 def coupled_transmission(scene: Scene, j: int, size: float) -> Hidden:

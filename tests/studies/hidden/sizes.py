@@ -6,14 +6,13 @@ from collections.abc import Iterable
 from functools import cache
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
-
-from oracles.hidden.catalogue import EFFECTS, GLOBAL, joints_of
-from oracles.hidden.effects import Channels, Hidden, Scene
 from oracles.hidden.engines import PinocchioEngine
 from oracles.hidden.machines import MACHINES, Machine
 from oracles.hidden.motion import Motion, generator, reference
 from oracles.hidden.simulate import inverse
+from scipy.signal import butter, sosfiltfilt
+from studies.hidden.catalogue import EFFECTS, GLOBAL, joints_of
+from studies.hidden.effects import Channels, Hidden, Scene
 
 CUTOFF = 10.0  # Hz, of the band in which gaps and floors are compared
 SMALL = 0.015  # RMS of the small effects over that of their joint's torque

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from oracles.hidden.machines import Machine
 from oracles.hidden.motion import Motion
 

@@ -10,13 +10,12 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-
-from oracles.hidden.catalogue import misfit as draw_misfit
-from oracles.hidden.effects import Channels, Hidden
 from oracles.hidden.machines import MACHINES, Machine
 from oracles.hidden.motion import STEP, Motion, generator
 from oracles.hidden.simulate import inverse, simulate
-from oracles.hidden.sizes import CUTOFF, lowpass, place, rms, scene, visible
+from studies.hidden.catalogue import misfit as draw_misfit
+from studies.hidden.effects import Channels, Hidden
+from studies.hidden.sizes import CUTOFF, lowpass, place, rms, scene, visible
 
 EDGE = 0.5  # s at both ends that floors leave out: the filters' transients
 MOTION = ("t", "q", "qd", "qdd", "turn")
