@@ -7,11 +7,12 @@ import os
 import random
 import signal
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from oracles.random_arms import to_toml
 from oracles.transforms import Arm
@@ -20,6 +21,7 @@ import symgen
 from symgen import Limits, Motion, Robot, Search, SymgenWarning, parse_robot
 from symgen.experiment.plan import Plan
 from symgen.runtime import build
+from symgen.symbolic.base_parameters import BaseParameter
 
 PROJECT = Path(__file__).resolve().parents[1]
 #: Draws which cases of a long table the default suite runs.
@@ -61,6 +63,19 @@ def parsed(text: str, name: str = "arm") -> Robot:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SymgenWarning)
         return parse_robot(text, name)
+
+
+def regrouping_error(
+    parameters: Iterable[BaseParameter], column: Mapping[str, np.ndarray], values: dict[Any, Any]
+) -> float:
+    """Return the largest error of columns as sums of those of the heads that they are joined to."""
+    heads = {p.head for p in parameters}
+    rebuilt = {name: 0 * x for name, x in column.items() if name not in heads}
+    for p in parameters:
+        for c, name in p.terms:
+            if name in rebuilt:
+                rebuilt[name] += float(c.subs(values).evalf(30)) * column[p.head]
+    return max((np.abs(x - column[name]).max() for name, x in rebuilt.items()), default=0.0)
 
 
 def excited(robot: Robot | str, **options: Any) -> Plan:

@@ -16,7 +16,7 @@ from oracles.following import following_arm
 from oracles.numeric_rank import NoGapError, count_base_parameters, difference_matrix
 from oracles.random_arms import named_arm, random_arm
 from oracles.transforms import Arm
-from support import parsed, robot_of, sampled
+from support import parsed, regrouping_error, robot_of, sampled
 
 import symgen
 
@@ -49,14 +49,16 @@ def _compared(
     assert len(base.parameters) == expected == base.proof.rank, seed
     W, names = difference_matrix(arm, rotor, friction)
     column = dict(zip(names, W.T, strict=True))
-    kept = {p.head for p in base.parameters}
-    rebuilt = {name: np.zeros(len(W)) for name in names if name not in kept}
-    for p in base.parameters:
-        for coefficient, name in p.terms:
-            if name in rebuilt:
-                rebuilt[name] += float(coefficient.subs(robot.values())) * column[p.head]
-    for name, value in rebuilt.items():
-        assert np.abs(value - column[name]).max() < 1e-8 * max(1.0, np.abs(W).max()), (seed, name)
+    error = regrouping_error(base.parameters, column, robot.values())
+    assert error < 1e-8 * max(1.0, np.abs(W).max()), seed
+    still = {name for name, values in column.items() if np.abs(values).max() < 1e-10}
+    assert set(base.no_effect) == still, seed
+    proof = base.proof
+    found = proof.structural_relations + proof.lifted_relations
+    assert found == len(base.standard) - len(base.parameters), seed
+    # ten points more than there are columns, and one of them is what all others are compared with
+    assert proof.points == sum(p.inertial or p.prefix == "OF" for p in base.standard) + 9
+    assert len(set(proof.primes)) == len(set(proof.seeds)) == 2
     return True
 
 

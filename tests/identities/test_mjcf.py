@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from oracles.urdf_arm import PinocchioUrdf
 from support import sampled
+from support_estimate import write_estimate
 from support_urdf import Ours
 
 import symgen
@@ -89,26 +88,6 @@ def test_an_imported_mjcf_has_the_torques_of_mujoco(arm) -> None:
         found.robot.limits.position,
         [np.radians((-110, 110)), np.radians((-110, 110)), (-0.1, 0.2), (0, 0.04)],
     )
-
-
-def write_estimate(folder: Path, model: symgen.Model, X: np.ndarray) -> None:
-    """Write the result of an identification that found X."""
-    from symgen.identification.estimate import Estimate, JointLabel, ParameterEstimate, Residual
-
-    parameters = tuple(
-        ParameterEstimate(p.name, p.expression, float(x), 0.01, p.unit)
-        for p, x in zip(model.base.parameters, X, strict=True)
-    )
-    fit = Residual(0.02)
-    estimate = Estimate(
-        robot=model.robot.name, joints=(JointLabel(1, "N m"), JointLabel(2, "N m")), model="torque",
-        method="wls", parameters=parameters, condition_number=3.0, train=fit, validation=fit,
-        cutoff_hz=8.0, window_s=None, verdict="trusted", reasons=(),
-        correlation=np.eye(len(X)),
-    )  # fmt: skip
-    folder.mkdir()
-    (folder / "robot.toml").write_text(symgen.robot_toml(model.robot))
-    (folder / "estimate.json").write_text(json.dumps(estimate.to_json()))
 
 
 def test_identified_parameters_go_into_the_mjcf_and_nothing_else_changes(tmp_path, command) -> None:

@@ -2,46 +2,26 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import pytest
+from oracles.ground_truth import TRUTH, VARIANTS
 from oracles.random_arms import to_toml
 from oracles.transforms import Arm
-from support import sampled
+from support import robot_of, sampled
 
 import symgen
 from symgen.symbolic.base_parameters import bound
 
-#: Counts by the rank of sampled regressors, from numeric code that shares nothing with symgen.
-TRUTH = Path(__file__).with_name("ground_truth.json")
-VARIANTS = {
-    "no_ia_no_fric": (False, ()),
-    "ia_no_fric": (True, ()),
-    "no_ia_fric": (False, ("coulomb", "viscous")),
-    "ia_fric": (True, ("coulomb", "viscous")),
-}
-ROBOTS = (
-    "2R_planar_vertical", "2R_planar_horizontal", "SCARA_RRPR", "PUMA560", "RX90", "Stanford",
-    "TX40", "Panda", "tree_torso_two_3R_arms", "RX90_with_fixed_tool", "generic_RPRRPR_tilted_g",
-)  # fmt: skip
-
 
 @pytest.mark.parametrize(
     ("name", "variant"),
-    sampled([(n, v) for n in ROBOTS for v in VARIANTS], 3, always=[(n, "ia_fric") for n in ROBOTS]),
+    sampled([(n, v) for n in TRUTH for v in VARIANTS], 3, always=[(n, "ia_fric") for n in TRUTH]),
 )
 def test_count_equals_ground_truth(name: str, variant: str) -> None:
-    entry = json.loads(TRUTH.read_text("utf-8"))["robots"][name]
+    entry = TRUTH[name]
     rotor, friction = VARIANTS[variant]
     robot = symgen.parse_robot(to_toml(Arm.from_table(entry), "arm", friction, rotor))
     count = len(symgen.derive(robot).base.parameters)
     assert count == entry["counts"][variant]["torque"] == entry["counts"][variant]["energy"]
-
-
-def test_this_list_is_the_whole_ground_truth() -> None:
-    entries = json.loads(TRUTH.read_text("utf-8"))["robots"]
-    assert set(entries) == set(ROBOTS)
 
 
 def test_canonical_model_of_the_paper() -> None:
@@ -136,6 +116,16 @@ def test_the_values_of_the_file_decide_where_they_are_special() -> None:
 def test_bound_of_gautier_and_khalil_holds(name: str) -> None:
     robot = symgen.read_robot(name)
     assert symgen.derive(robot).base.inertial <= bound(robot)
+
+
+@pytest.mark.parametrize(
+    ("sigma", "most"),
+    [([0], 3), ([1], 1), ([0, 0], 11), ([1, 0, 1], 14), ([0, 1], 8), ([2, 1, 0], 9),
+     ([0, 2, 0], 11)],
+)  # fmt: skip
+def test_the_bound_counts_each_type_of_joint(sigma: list[int], most: int) -> None:
+    """8 a revolute and 5 a prismatic joint, less 4, less 1 where a revolute one is first."""
+    assert bound(robot_of(Arm.from_table({"sigma": sigma}))) == most
 
 
 def test_generic_revolute_chain_reaches_the_bound() -> None:

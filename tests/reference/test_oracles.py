@@ -1,8 +1,6 @@
 """The oracles agree with each other and with published counts, before anything relies on them."""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +11,7 @@ from oracles.exact import (
     exact_energy_regressor,
     exact_torque_regressor,
 )
+from oracles.ground_truth import TRUTH, VARIANTS
 from oracles.numeric_rank import (
     NoGapError,
     count_base_parameters,
@@ -32,27 +31,6 @@ from oracles.transforms import (
 )
 from support import sampled
 
-TRUTH = Path(__file__).with_name("ground_truth.json")
-FRICTION = ("coulomb", "viscous")
-VARIANTS = {
-    "no_ia_no_fric": (False, ()),
-    "ia_no_fric": (True, ()),
-    "no_ia_fric": (False, FRICTION),
-    "ia_fric": (True, FRICTION),
-}
-ROBOTS = (
-    "2R_planar_vertical",
-    "2R_planar_horizontal",
-    "SCARA_RRPR",
-    "PUMA560",
-    "RX90",
-    "Stanford",
-    "TX40",
-    "Panda",
-    "tree_torso_two_3R_arms",
-    "RX90_with_fixed_tool",
-    "generic_RPRRPR_tilted_g",
-)
 PLANAR2R = Arm.from_table({"sigma": (0, 0), "d": (0.0, 0.5)})
 # Two arms on joint 1 whose joints alternate in the file.
 CROSSED = Arm.from_table(
@@ -71,11 +49,6 @@ def pinocchio() -> None:
         load_pinocchio()
     except ImportError as error:
         pytest.skip(f"Pinocchio is not at hand (pip install pin): {error}")
-
-
-@pytest.fixture(scope="module")
-def ground_truth() -> dict:
-    return json.loads(TRUTH.read_text("utf-8"))["robots"]
 
 
 @pytest.mark.usefixtures("pinocchio")
@@ -121,17 +94,13 @@ def test_exact_torques_equal_pinocchio(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("robot", "variant"), sampled([(r, v) for r in ROBOTS for v in VARIANTS], 11)
+    ("robot", "variant"), sampled([(r, v) for r in TRUTH for v in VARIANTS], 11)
 )
-def test_counts_equal_ground_truth(ground_truth: dict, robot: str, variant: str) -> None:
-    entry = ground_truth[robot]
+def test_counts_equal_ground_truth(robot: str, variant: str) -> None:
+    entry = TRUTH[robot]
     rotor, friction = VARIANTS[variant]
     count = count_base_parameters(Arm.from_table(entry), rotor, friction)
     assert entry["counts"][variant] == {"torque": count, "energy": count, "agree": True}
-
-
-def test_every_robot_of_ground_truth_is_counted(ground_truth: dict) -> None:
-    assert set(ground_truth) == set(ROBOTS)
 
 
 def test_rank_of_random_arms_is_certain_and_does_not_depend_on_the_samples() -> None:

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import sympy as sp
+from support_estimate import write_estimate
 
 import symgen
 from symgen.identification.parameters import base_values, cad_parameters, read_parameters
@@ -65,27 +66,6 @@ VALUES = {
     "FS3": 0.1, "FV3": 0.2, "IAM3": 0.05, "FVM3": 0.3, "FSM3": 0.4, "IA1": 0.33, "IA2": 0.1,
     "IA3": 0.02,
 }  # fmt: skip
-
-
-def write_estimate(folder: Path, model: symgen.Model, X: np.ndarray, std: float = 0.01) -> Path:
-    """Write robot.toml and the estimate.json that `identify` would write."""
-    from symgen.identification.estimate import Estimate, JointLabel, ParameterEstimate, Residual
-
-    folder.mkdir()
-    (folder / "robot.toml").write_text(symgen.robot_toml(model.robot))
-    parameters = tuple(
-        ParameterEstimate(p.name, p.expression, float(x), std * max(abs(float(x)), 0.01), p.unit)
-        for p, x in zip(model.base.parameters, X, strict=True)
-    )
-    fit = Residual(0.02)
-    joints = tuple(JointLabel(j.number, "N m") for j in model.robot.movable)
-    estimate = Estimate(
-        robot=model.robot.name, joints=joints, model="momentum", method="wls",
-        parameters=parameters, condition_number=3.0, train=fit, validation=fit, cutoff_hz=8.0,
-        window_s=0.2, verdict="trusted", reasons=(), correlation=np.eye(len(X)),
-    )  # fmt: skip
-    (folder / "estimate.json").write_text(json.dumps(estimate.to_json()))
-    return folder
 
 
 @pytest.fixture(scope="module")

@@ -29,9 +29,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from oracles.gripper_arm import urdf as panda_with_fingers
 from oracles.random_urdf import random_urdf
 from oracles.urdf_arm import shipped
+from support_estimate import write_estimate
 from workflow.test_export import URDF as SLIDING_FINGER
 from workflow.test_export_simulators import ARM as MJCF_ARM
-from workflow.test_export_simulators import write_estimate
 
 import symgen
 from symgen import cli
