@@ -130,6 +130,19 @@ def test_an_effect_is_identified_as_a_parameter(model: symgen.Model) -> None:
     [
         ('name = "torque_ripple"\njoints = [2]\nnonlinear = { k = 1 }', "RS2 is nothing new"),
         ('name = "own"\njoints = [1]\ntorque = "C*qd1"\nlinear = { C = "N" }', "C is nothing new"),
+        *(
+            (
+                f'name = "own"\njoints = [1]\ntorque = "C*({t})"\nlinear = {{ C = "N" }}',
+                "nothing new",
+            )
+            for t in (
+                "3*sign(qd1)",
+                "qd1 + sign(qd1)",
+                "abs(qd1) - sign(qd1)*qd1",
+                "qd1 + 1e-12*sin(3*q1)",
+                "sin(3*q1)*sin(3*q1) + cos(3*q1)**2 + qd1 - 1",
+            )
+        ),
         ('name = "coulomb_friction"\njoints = [1]', "a word of the joint's friction: 'coulomb'"),
         ('name = "rotor_inertia"\njoints = [1]', "rotor_inertia of the joint"),
         ('name = "time_delay"\njoints = [1]', "kind log"),
@@ -241,6 +254,23 @@ def test_no_word_of_the_package_is_a_coefficient() -> None:
     assert {"JOINTS", "energy", "identifier", "sincos2"} <= words
     allowed = {word for word in words | {"values"} if is_coefficient_name(word)}
     assert allowed == set()
+
+
+@pytest.mark.parametrize(
+    "torque", ["qd1 + 1e-7*sin(3*q1)", "sign(qd1) + 1e-6*q2", "tanh(qd1)", "abs(q2)", "qd1*q2"]
+)
+def test_a_column_that_differs_by_a_millionth_is_new(torque: str) -> None:
+    text = f'name = "own"\njoints = [1]\ntorque = "C*({torque})"\nlinear = {{ C = "N" }}\n'
+    assert "C" in symgen.derive(symgen.parse_robot(f"{BASE}[[effect]]\n{text}")).base.names
+
+
+def test_two_effects_that_are_one_are_refused_and_say_which() -> None:
+    text = ""
+    for name, torque in (("hose", "A*sin(3*q2)"), ("cable", "4*B*sin(3*q2)")):
+        text += f'[[effect]]\nname = "{name}"\njoints = [2]\ntorque = "{torque}"\n'
+        text += f'linear = {{ {torque.split("*sin")[0][-1]} = "N m" }}\n'
+    with pytest.raises(symgen.RobotError, match=r"'hose' of joint 2: A.* is nothing new"):
+        symgen.derive(symgen.parse_robot(BASE + text))
 
 
 def test_an_effect_stands_once() -> None:

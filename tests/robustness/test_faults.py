@@ -74,10 +74,6 @@ def _listed(folder: Path, marker: str) -> None:
     assert {name for name in digests if not (folder / name).is_file()} == set()
 
 
-def _json(path: Path) -> None:
-    json.loads(path.read_text("utf-8"))
-
-
 def _whole(path: Path) -> None:
     """Look at a text that ends as its writer ends it."""
     text = path.read_text()
@@ -366,34 +362,3 @@ def test_a_poor_machine_gives_the_same_answer(world, tmp_path, change):
         assert line.startswith("symgen: warning: ")
     here, there = (load_result(p) for p in (world / "est", into))
     assert abs(here.X - there.X).max() <= 1e-8 * abs(here.X).max()
-
-
-# A model of its own, so that the cache of another test does not have it.
-BUILD = """
-import symgen
-text = symgen.robot_toml(symgen.read_robot("planar2r")).replace("L1 = 0.5", "L1 = 0.4375")
-evaluator = symgen.load(symgen.parse_robot(text), backend="c")
-print(evaluator.energy_regressor([0.1, 0.2], [1.0, 0.0])[0])
-"""
-
-
-@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc) on this machine")
-@pytest.mark.slow
-@pytest.mark.parametrize("jobs", [2, 20])
-def test_builds_at_once_all_succeed(jobs, tmp_path):
-    environment = {**os.environ, "SYMGEN_CACHE": str(tmp_path / "cache")}
-    started = [
-        subprocess.Popen(
-            [sys.executable, "-c", BUILD],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env=environment,
-        )
-        for _ in range(jobs)
-    ]
-    answers = [job.communicate(timeout=300) for job in started]
-    assert {job.returncode for job in started} == {0}, answers
-    assert {out for out, _ in answers} == {"0.5\n"}
-    assert list((tmp_path / "cache").glob("*.so"))
-    assert not list((tmp_path / "cache").glob("build-*"))

@@ -6,7 +6,6 @@ import pytest
 import sympy as sp
 
 from symgen.symbolic.elimination import (
-    Coefficient,
     Elimination,
     NeedsValuesError,
     readable_form,
@@ -27,55 +26,6 @@ def _eliminated(relations, columns=COLUMNS) -> Elimination:
     for relation in relations:
         out.add(out.exact({k: sp.sympify(v) for k, v in relation.items()}))
     return out
-
-
-RELATIONS = [
-    {"P": 1, "Q": L1, "R": L1**2},
-    {"P": L2, "R": 3, "S": sp.Rational(1, 3)},
-    {"P": 1, "Q": L1, "R": L1**2, "T": 2 * L2},
-]
-
-
-@pytest.mark.parametrize("columns", ["PQRST", "TSRQP", "RPTQS"])
-@pytest.mark.parametrize("turned", [False, True])
-def test_the_reduced_form_is_that_of_sympy_and_its_residues_go_with_it(columns, turned) -> None:
-    relations = RELATIONS[::-1] if turned else RELATIONS
-    found = _eliminated(relations, columns)
-    # what comes last is eliminated first: the reduced form with columns from there on
-    names = columns[::-1]
-    matrix = sp.Matrix([[sp.sympify(r.get(n, 0)) for n in names] for r in RELATIONS])
-    reduced, pivots = matrix.rref(simplify=True)
-    assert set(found.rows) == {names[p] for p in pivots}
-    for k, p in enumerate(pivots):
-        row = found.rows[names[p]]
-        for i, n in enumerate(names):
-            value = row[n].value if n in row else 0
-            assert sp.simplify(value - reduced[k, i]) == 0
-        for c in row.values():
-            assert c.residues == tuple(int(f.constant(c.value)) for f in found.fields)
-            assert any(c.residues)
-
-
-def test_a_relation_that_says_nothing_new_adds_nothing() -> None:
-    found = _eliminated([*RELATIONS, {"P": 2, "Q": 2 * L1, "R": 2 * L1**2, "T": 7 * L2}])
-    assert len(found.rows) == 3
-    assert found.rows == _eliminated(RELATIONS).rows
-    assert _eliminated([{"P": sp.sin(A) ** 2 + sp.cos(A) ** 2 - 1}]).rows == {}
-
-
-def test_an_unknown_that_comes_later_leaves_the_rows_before_it() -> None:
-    found = _eliminated([{"P": 1, "Q": 1, "R": 1}, {"Q": 1, "R": 1}, {"Q": 1}])
-    assert {k: dict(v) for k, v in found.rows.items()} == {
-        n: {n: Coefficient(sp.S.One, (1, 1))} for n in ("P", "Q", "R")
-    }
-
-
-def test_a_coefficient_that_is_zero_goes_whatever_it_looks_like() -> None:
-    row = _eliminated([]).exact(
-        {"P": sp.S.One, "Q": sp.sin(A) ** 2 + sp.cos(A) ** 2 - 1, "R": (L1 + L2) ** 2 - L1**2}
-    )
-    assert set(row) == {"P", "R"}
-    assert row["R"].value == 2 * L1 * L2 + L2**2
 
 
 def _sum(letter: str, count: int) -> sp.Expr:

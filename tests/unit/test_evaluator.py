@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import pickle
 import shutil
 import subprocess
 import sys
@@ -121,17 +120,6 @@ def test_a_package_for_casadi_alone_does_not_describe_c():
 # Pickled.
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_an_evaluator_and_its_model_can_be_pickled(backend):
-    evaluator = loaded("planar2r", backend)
-    again = pickle.loads(pickle.dumps(evaluator))
-    assert again.backend == backend
-    assert again.model == evaluator.model
-    for kernel in kernels(evaluator):
-        batch = points(evaluator, kernel, 3)
-        np.testing.assert_array_equal(again[kernel](*batch), evaluator[kernel](*batch))
-
-
 def test_a_spawned_process_takes_an_evaluator():
     evaluator = loaded("planar2r", "c")
     q, qd = [0.1, 0.2], [1.0, -1.0]
@@ -142,21 +130,6 @@ def test_a_spawned_process_takes_an_evaluator():
 
 
 # Shapes.
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize("name", ["planar2r", "emps", "smooth"])
-def test_shapes_follow_the_model(name, backend):
-    evaluator = loaded(name, backend)
-    model = evaluator.model
-    n, p, inertial = model.robot.n, len(model.base.parameters), model.inertial
-    for count in (1, 2, 7):
-        q = np.zeros((count, n))
-        assert evaluator.energy_regressor(q, q).shape == (count, inertial)
-        assert evaluator.friction_power(q, q).shape == (count, p - inertial)
-    q = np.zeros(n)
-    assert evaluator.energy_regressor(q, q).shape == (inertial,)
-    assert evaluator.friction_power(q, q).shape == (p - inertial,)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -198,11 +171,6 @@ def test_a_wrong_number_of_arrays_is_a_parameter_error(count):
     function = loaded("planar2r", "casadi")["energy_regressor"]
     with pytest.raises(symgen.ParameterError, match=r"takes 2 arrays \(q, qd\)"):
         function(*[np.zeros(2)] * count)
-
-
-def test_an_unknown_kernel_is_a_parameter_error_that_names_the_known_ones():
-    with pytest.raises(symgen.ParameterError, match="accepted: energy_regressor"):
-        loaded("planar2r", "casadi")["friction_power"]
 
 
 # Layouts and types.
@@ -270,17 +238,6 @@ def test_two_bound_kernels_do_not_share_buffers(backend):
     assert (one.out[0], two.out[0]) == (0.5, 2.0)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_not_a_number_goes_through_and_stays_in_its_sample(backend):
-    evaluator = loaded("planar2r", backend)
-    q, qd = points(evaluator, "energy_regressor", 3)
-    expected = evaluator.energy_regressor(q, qd)
-    qd[1] = np.nan
-    found = evaluator.energy_regressor(q, qd)
-    assert np.isnan(found[1]).all()
-    np.testing.assert_array_equal(found[[0, 2]], expected[[0, 2]])
-
-
 # Friction.
 
 
@@ -322,12 +279,6 @@ def test_a_robot_without_friction_has_no_friction_columns(backend):
         assert found.shape == (shape[0], 0)
         assert found.dtype == np.float64
     assert evaluator.friction_power([0.0, 0.0], [0.0, 0.0]).shape == (0,)
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_a_robot_without_friction_checks_shapes_all_the_same(backend):
-    with pytest.raises(symgen.ParameterError):
-        loaded("planar2r", backend).friction_power(np.zeros((3, 2)), np.zeros((4, 5)))
 
 
 # Loading.

@@ -136,14 +136,6 @@ def test_bound_panels_and_rows_hold_the_same_values(kernel, stream):
         np.testing.assert_array_equal(samples[count:], samples[count - 1 :][: width - 1])
 
 
-def test_values_depend_on_neither_the_number_nor_the_place_of_samples():
-    panels = panels_of("mixed", "torque_regressor")
-    inputs = points("mixed", "torque_regressor", 40)
-    whole = panels(*inputs)
-    for first, last in ((0, 1), (1, 40), (3, 30), (39, 40)):
-        np.testing.assert_array_equal(panels(*(a[first:last] for a in inputs)), whole[first:last])
-
-
 @pytest.mark.parametrize("odd", [np.nan, np.inf, -np.inf, 1e6, -3.7e11, 1e300, 5e-324, -0.0])
 def test_an_odd_sample_gives_what_the_single_call_gives_and_spoils_no_other(odd):
     panels, single = panels_of("mixed", "energy_regressor"), loaded("mixed")

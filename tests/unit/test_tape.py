@@ -13,8 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
-from oracles.random_arms import random_arms
-from support import robot_of
 
 import symgen
 from symgen.codegen.backends.casadi import casadi_functions
@@ -177,15 +175,6 @@ def test_casadi_gives_what_numpy_gives():
         agree(np.array(function(q, qd)).ravel(), run_numpy(tape, q, qd), tape)
 
 
-def test_samples_as_arrays_give_what_samples_one_by_one_give():
-    tape = random_tape(3)
-    samples = [point(seed) for seed in range(7)]
-    q, qd = (np.stack([s[i] for s in samples], axis=-1) for i in (0, 1))
-    out = np.stack([np.broadcast_to(v, 7) for v in tape.run(NUMPY, {"q": q, "qd": qd})], axis=-1)
-    expected = np.stack([run_numpy(tape, *s) for s in samples])
-    np.testing.assert_allclose(out, expected.astype(float), rtol=1e-12)
-
-
 def test_terms_multiply_and_add_up_to_the_expression():
     for seed in range(COUNT):
         tape = random_tape(seed)
@@ -223,12 +212,6 @@ def test_keep_changes_no_value_and_leaves_no_dead_step():
         assert part.inputs == tape.inputs
         assert [s for s, _ in part.steps] == [s for s, _ in tape.steps if s in dict(part.steps)]
     assert pruned > COUNT
-
-
-def test_keep_of_everything_is_the_same_tape():
-    for seed in range(COUNT):
-        tape = random_tape(seed)
-        assert tape.keep(range(len(tape.outputs))) == tape
 
 
 # Operation counts.
@@ -285,31 +268,11 @@ def test_operation_counts_are_those_of_the_generated_files():
         assert {k: v for k, v in found.items() if v} == said
 
 
-def test_operation_counts_are_those_of_printed_random_tapes():
-    for seed in range(COUNT):
-        tape = random_tape(seed)
-        for own in (None, "own"):
-            assert counted(bodies(tape, own)) == operations(tape), f"tape {seed}"
-
-
 # Names.
 
 
 def tapes_of(robot: symgen.Robot) -> tuple[Tape, ...]:
     return energy_tape(robot), friction_power_tape(robot), friction_torque_tape(robot)
-
-
-def test_names_never_clash():
-    words = {"q", "qd", "out", "sin", "cos", "fabs", "tanh", "double", "float", "const"}
-    arms = random_arms(10, seed=7, max_joints=9)
-    robots = [robot_of(arm, ("coulomb", "viscous", "offset")) for arm in arms]
-    for robot in (*robots, symgen.parse_robot(COUPLED)):
-        for tape in tapes_of(robot):
-            names = [s.name for _, group in tape.inputs for s in group]
-            names += [s.name for s, _ in (*tape.constants, *tape.steps)]
-            assert len(names) == len(set(names)) == len(tape.order)
-            assert not words.intersection(names)
-            assert all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) for name in names)
 
 
 def test_names_never_clash_with_named_lengths():
@@ -328,13 +291,6 @@ def test_names_never_clash_with_named_lengths():
         assert len(after.order) == len({s.name for s in after.order}) == len(before.order)
         assert not lengths.intersection(s.name for s, _ in after.steps)
         assert after.operations == before.operations
-
-
-def test_a_name_asked_for_twice_is_given_once():
-    builder = TapeBuilder({"taken"})
-    asked = ("taken", "x", "x", "x_", "x")
-    names = [builder.symbol(name).name for name in asked]
-    assert len({"taken", *names}) == 6
 
 
 def test_equal_and_opposite_expressions_share_one_step():

@@ -14,7 +14,7 @@ from oracles.arm import Arm, X, sines
 from support import data_folder, sampled
 
 import symgen
-from symgen.estimation.estimators import Ols, Wls
+from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.system import LinearSystem, window_equations
 from symgen.report.store import result_files, result_page
@@ -81,79 +81,6 @@ def test_the_recursive_method_is_the_batch_where_nothing_is_forgotten(model: str
     np.testing.assert_allclose(*stds, rtol=1e-8)
 
 
-def _halves(rows: np.ndarray, half: int, samples: int) -> np.ndarray:
-    """Equations on line: means of those over half the window, which begin in one half.
-
-    Args:
-        rows: those that begin at samples 0, 1, ..
-        half: samples of half a window.
-        samples: of the log, whose last seven end no window.
-    """
-    count = (samples - 8) // half - 1
-    return rows[: count * half].reshape(count, half, *rows.shape[1:]).mean(axis=1)
-
-
-def test_on_line_and_batch_agree_to_1e_10_on_the_same_equations() -> None:
-    evaluator = symgen.load("planar2r")
-    samples = symgen.prepare(_motion(0.005, 6.0))
-    identifier = symgen.Identifier(evaluator, window=40)
-    noisy = samples.tau + 0.05 * np.random.default_rng(1).normal(size=samples.tau.shape)
-    identifier.run(samples.t, samples.q, samples.qd, noisy)
-    # The same rows by plain NumPy: h differences, and the power by Lagrange's polynomials, with
-    # weights from tables.
-    h = evaluator.energy_regressor(samples.q, samples.qd)[:-2]
-    f = np.sum(samples.qd * noisy, axis=1)
-    part = np.empty(len(f) - 3)
-    part[0] = np.dot([9, 19, -5, 1], f[:4]) / 24
-    part[1] = np.dot([-19, 346, 456, -74, 11], f[:5]) / 720
-    part[2:] = np.convolve(f, [11, -93, 802, 802, -93, 11], "valid") / 1440
-    work = np.concatenate([[0.0], np.cumsum(0.005 * part)])
-    W, y = (_halves(x[20:] - x[:-20], 20, len(f)) for x in (h, work))
-    expected = np.linalg.lstsq(W, y, rcond=None)[0]
-    assert np.abs(identifier.read()[0] / expected - 1).max() < 1e-10
-
-
-RUBBING = """
-[robot]
-name = "rubbing"
-gravity = [0.0, -9.81, 0.0]
-[[joint]]
-[[joint]]
-d = 0.5
-friction = ["viscous", "offset"]
-"""
-
-
-def test_momentum_on_line_agrees_with_the_batch(tmp_path) -> None:
-    # The same windows: means of the batch's own over half their length. The batch takes polynomials
-    # behind the last sample, too: with noise, the rules differ by little beside the noise itself.
-    (tmp_path / "rubbing.toml").write_text(RUBBING)
-    model = symgen.derive(symgen.read_robot(tmp_path / "rubbing.toml"), "all")
-    evaluator = symgen.load(model)
-    draw = np.random.default_rng(3)
-    true = draw.uniform(0.1, 1.0, len(model.base.parameters))
-    motion = symgen.prepare(_motion(0.01, 20.0))
-    w, phase = np.array([1.1, 1.7]), np.array([0.2, 0.9])
-    qdd = -(w**2) * np.sin(motion.t[:, None] * w + phase)
-    torque = evaluator["torque_regressor"](motion.q, motion.qd, qdd)
-    for noise, tolerance in ((0.0, 1e-7), (0.01, 0.05)):
-        tau = torque @ true + noise * draw.normal(size=motion.q.shape)
-        samples = replace(motion, tau=tau)
-        equations = window_equations(evaluator, unfiltered(samples), "momentum", 0.05)
-        shared = {"correlation": 2, "t": motion.t[10:-7:5]}
-        same = tuple(
-            replace(e, W=_halves(e.W, 5, len(tau)), y=_halves(e.y, 5, len(tau)), **shared)
-            for e in equations
-        )
-        batch = Ols().solve(LinearSystem(model.base.names, same))
-        identifier = symgen.Identifier(evaluator, window=10, model="momentum")
-        identifier.run(samples.t, samples.q, samples.qd, samples.tau)
-        found, _ = identifier.read()
-        spread = np.sqrt(np.diag(batch.covariance)) if noise else np.abs(batch.X)
-        assert np.abs((found - batch.X) / spread).max() < tolerance
-        assert np.abs(found / true - 1).max() < (0.05 if noise else 1e-6)
-
-
 def test_what_an_identifier_cannot_do_is_said() -> None:
     evaluator = symgen.load("planar2r")
     with pytest.raises(symgen.IdentificationError, match="accepted: energy, momentum"):
@@ -208,17 +135,21 @@ class TestRealLogs:
         assert f"band: {estimate.band.in_words()}" in estimate.notes
 
     @pytest.mark.slow
-    def test_ur10e(self) -> None:
+    @pytest.mark.parametrize(
+        ("model", "train", "held"),
+        [("energy", 0.027, 0.049), ("momentum", 0.042, 0.045), ("torque", 0.042, 0.045)],
+    )
+    def test_ur10e(self, model: str, train: float, held: float) -> None:
         folder = data_folder() / "ur10e"
         estimate = symgen.identify(
             folder / "robot.toml",
             [folder / f"{name}.csv" for name in ("train", "train2", "train3")],
             validation=[folder / f"{name}.csv" for name in ("test", "ptp")],
-            model="energy",
+            model=model,
         )
-        print(f"ur10e: residual {estimate.train} -> {estimate.validation}")
-        assert estimate.train.relative < 0.027
-        assert estimate.validation.relative < 0.049
+        print(f"ur10e, {model}: residual {estimate.train} -> {estimate.validation}")
+        assert estimate.train.relative < train
+        assert estimate.validation.relative < held
         assert "resampled" in " ".join(estimate.notes)
 
     @pytest.mark.slow
@@ -258,20 +189,6 @@ class TestOtherModels:
         published = {"M1": 95.1089, "FS1": 20.3935, "FV1": 203.5034, "OF1": -3.1648}
         for name, expected in published.items():
             assert abs(value[name] / expected - 1) < 0.03, name
-
-    @pytest.mark.slow
-    @pytest.mark.parametrize("model", ["momentum", "torque"])
-    def test_ur10e(self, model: str) -> None:
-        folder = data_folder() / "ur10e"
-        estimate = symgen.identify(
-            folder / "robot.toml",
-            [folder / f"{name}.csv" for name in ("train", "train2", "train3")],
-            validation=[folder / f"{name}.csv" for name in ("test", "ptp")],
-            model=model,
-        )
-        print(f"ur10e, {model}: residual {estimate.train} -> {estimate.validation}")
-        assert estimate.train.relative < 0.042
-        assert estimate.validation.relative < 0.045
 
     @pytest.mark.slow
     def test_tx40_with_its_wrist_coupling(self) -> None:
