@@ -8,6 +8,9 @@ import numpy as np
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.estimation.torque_error import percent
+from symgen.estimation.values import Reason
+from symgen.identification.judgement import SEARCH
+from symgen.identification.settle import EFFECT_MISSING
 from symgen.names import joints_in_words
 from symgen.policy import BEYOND
 from symgen.robot.effect import PHYSICS, definitions, described
@@ -144,6 +147,12 @@ def grade(effect: FoundEffect) -> str:
     if effect.shown:
         return "shown"
     return "adopted" if effect.adopted else "suspected"
+
+
+def doubts(reasons: Sequence[Reason], effects: Sequence[FoundEffect]) -> tuple[str, ...]:
+    """Return the texts of reasons that neither an effect in the table nor the verdict contains."""
+    known = {EFFECT_MISSING, *(e.name for e in effects)}
+    return tuple(r.text.removesuffix(f"; {SEARCH}") for r in reasons if r.kind not in known)
 
 
 def advice_of(

@@ -31,7 +31,7 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.extend import corrected
 from symgen.diagnosis.gap import gap_of, moving_gap, places, validation_curves
 from symgen.diagnosis.listing import joint_numbers, list_effects, robot_parameters
-from symgen.diagnosis.messages import advice_of, corrections
+from symgen.diagnosis.messages import advice_of, corrections, doubts
 from symgen.diagnosis.second_encoder import with_stiffness
 from symgen.diagnosis.together import compared
 from symgen.errors import ParameterError
@@ -80,6 +80,8 @@ from symgen.runtime.evaluator import Evaluator
 _LISTED = 12  # largest number of listed rejected candidates
 _SATURATION = "saturation"
 _NO_BETTER = "the fit of identify without it has no larger torque error on the validation data"
+#: Kinds of suspicions and of physical reasons that count as reasons.
+_SERIOUS = (NO_ROBOT, EFFECT_MISSING, CHANGED)
 _MANY = 2  # number of effects above which they are first judged without another search
 
 
@@ -472,7 +474,7 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
             Rejected(s.cause.name, joint_numbers(robot, s.joints), why) for s, why in refused
         ),
         advice=(
-            *(reason.text for reason in reasons if reason.kind != EFFECT_MISSING),
+            *doubts(reasons, effects),
             *(f"{line} (written into robot.toml)" for line in corrections(robot, adopted.robot)),
             *advice_of(effects, robot, verdict, gaps.explained),
         ),
@@ -507,14 +509,13 @@ def _suspected(adopted: Adopted, contacts: Sequence[Contact], least: float) -> l
 
 
 def _reasons(promised: Identified | None) -> tuple[Reason, ...]:
-    """Return why the measurement is wrong, or why no robot has these parameters."""
+    """Return why `identify` doubts the written robot, and why no robot has these parameters."""
     if promised is None:
         return ()
-    wanted = (BROKEN, NO_ROBOT, EFFECT_MISSING, CHANGED)
     estimate = promised.estimate
     physical = [estimate.physical.reason] if estimate.physical.reason else []
-    every = (*estimate.reasons, *physical, *estimate.suspected)
-    return tuple({r.kind: r for r in every if r.kind in wanted}.values())
+    serious = (r for r in (*physical, *estimate.suspected) if r.kind in _SERIOUS)
+    return *estimate.reasons, *(r for r in serious if not estimate.has(r.kind))
 
 
 def _verdict(

@@ -45,7 +45,8 @@ from symgen.runtime.evaluator import Evaluator
 #: Kind of the suspicion that the validation logs are of another state of the robot.
 CHANGED = "changed"
 OPEN = "the motion does not determine all parameters"
-_SEARCH = "symgen diagnose searches for the cause"
+#: Ending of a reason whose cause is unknown.
+SEARCH = "symgen diagnose searches for the cause"
 #: Note on columns of torques or currents with the name of a command.
 _COMMAND = r"columns by name: .*\b(tau|i)\d* = [^,\n]*(target|desired|command|cmd|ref)"
 _COMPUTED = (
@@ -94,7 +95,7 @@ def prediction_use(
             errors = settled.physical.held_out
             reasons += like_no_robot(model, fitted.X, fitted.covariance, errors, accept)
         if large and large[0].value > JOINT and not reasons:
-            text = f"the torque error of a joint is above {100 * JOINT:g} %; {_SEARCH}"
+            text = f"the torque error of a joint is above {100 * JOINT:g} %; {SEARCH}"
             reasons.append(replace(large[0], kind="joint_error", limit=JOINT, text=text))
     else:
         grade = "poor"
@@ -102,12 +103,12 @@ def prediction_use(
         reasons += _mostly_noise(min(noise.relative, error))
         text = f"the torque error is above {100 * accept:g} %"
         if not reasons:
-            text += f"; {_SEARCH}"
+            text += f"; {SEARCH}"
         reasons.append(Reason("error", value=error, limit=accept, text=text))
     if _much_larger(fold, error, least):
         text = (
             f"the error depends on the motion: {percent(fold)} on another part of the motion that "
-            f"the fit did not use; {_SEARCH}"
+            f"the fit did not use; {SEARCH}"
         )
         reasons.append(Reason("varies", value=fold, limit=VARIES * error, text=text))
     return PredictionUse(tuple(reasons), grade=grade, large=tuple(large))

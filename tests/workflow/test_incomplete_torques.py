@@ -61,6 +61,14 @@ def test_a_feed_forward_is_a_fault_where_the_file_states_friction(tmp_path) -> N
     )  # fmt: skip
 
 
+def test_diagnose_gives_the_reasons_of_identify(tmp_path) -> None:
+    robot = file_with_values(tmp_path)
+    train, held = (written(tmp_path / f"{k}.csv", k, WITHOUT_FRICTION, 0.0) for k in (3, 4))
+    found = symgen.diagnose(robot, train, validation=held)
+    assert not found.good
+    assert any("they look computed" in line for line in found.advice)
+
+
 @pytest.mark.parametrize(
     ("name", "arm", "noise", "verdict"),
     [
