@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -44,6 +45,9 @@ _SHIFTS = 512
 #: The training and the validation logs of a run: as the user gives them, and opened.
 Sources = tuple[Sequence[Source], Sequence[Source]]
 Groups = tuple[list[Samples], list[Samples]]
+#: Largest difference of positions on the same path, as a part of the RMS of the motion.
+_SAME_PATH = 0.1
+_ALIKE = "errors on other motions may be larger"
 #: Ending of the name of a held-out part.
 LATE = " (last fifth)"
 
@@ -186,36 +190,56 @@ def hold_out(logs: Sequence[Samples]) -> Groups:
     return train, held_out
 
 
-def require_other_data(train: Sequence[Samples], held_out: Sequence[Samples]) -> None:
-    """Raise LogError if a log is a copy of a training log, shifted in time or resampled.
+def require_other_data(train: Sequence[Samples], held_out: Sequence[Samples]) -> list[Samples]:
+    """Raise LogError if a log is a copy of a training log, shifted in time, resampled or reversed.
 
     It would validate nothing, or count double. The torques of a copy differ by less than those of
     two recordings with the same noise. A tenth of the samples may be near reversals of friction,
     which interpolation smooths.
+
+    Returns:
+        The held-out logs, each with a note if it repeats the path of a training log.
     """
+    logs = [*train, *held_out]
     for k, other in enumerate((*train, *held_out)):
-        for log in train[:k]:
-            then = other.t + _shift(log, other)
+        for log, direction in itertools.product(train[:k], (1, -1)):
+            then = direction * other.t + _shift(log, other, direction)
             pairs = (log.tau, other.tau), (log.q, other.q)
             if all(_is_copy(log.t, x, then, y) for x, y in pairs):
                 what = f"{other.name}: holds the same data as the training log {log.name}"
                 refuse(what, "another log, or no validation log (the last fifth is held out then)")
+            centre = log.q.mean(axis=0)
+            if _is_copy(log.t, log.q - centre, then, other.q - centre, _SAME_PATH):
+                note = f"{other.name}: repeats the path of the training log {log.name}; {_ALIKE}"
+                logs[k] = replace(other, notes=(*other.notes, note))
+    return logs[len(train) :]
 
 
-def _is_copy(t: FloatArray, x: FloatArray, then: FloatArray, y: FloatArray) -> bool:
-    """Return whether channels y (K, n) at some times are channels x (N, n), interpolated."""
+def _is_copy(
+    t: FloatArray, x: FloatArray, then: FloatArray, y: FloatArray, least: float = EQUAL
+) -> bool:
+    """Return whether channels y (K, n) at some times are channels x (N, n), interpolated.
+
+    They may differ by the noise of x, or by a part `least` of the RMS of x.
+    """
     apart = np.quantile(np.abs(interpolated(t, x)(then) - y), 0.9, axis=0)
-    noise = np.maximum(COPIED * noise_of_differences(x), EQUAL * rms(x))
+    noise = np.maximum(COPIED * noise_of_differences(x), least * rms(x))
     return bool((apart <= noise).all())
 
 
-def _shift(log: Samples, other: Samples) -> Any:
-    """Return the time, s, after which a log has positions nearest to those of another one."""
+def _shift(log: Samples, other: Samples, direction: int) -> Any:
+    """Return the time, s, after which a log has positions nearest to those of another one.
+
+    Args:
+        log, other: the logs.
+        direction: 1, or -1 if the other log runs backwards.
+    """
     from scipy.optimize import brute
 
-    known, ends = interpolated(log.t, log.q), log.t[[0, -1]] - other.t[[0, -1]]
     some = other.cut(slice(None, None, 1 + len(other.t) // _SHIFTS))
-    return brute(lambda s: np.std(known(some.t + s) - some.q), [ends], Ns=_SHIFTS)
+    t = direction * some.t
+    known, ends = interpolated(log.t, log.q), log.t[[0, -1]] - np.sort(t)[[0, -1]]
+    return brute(lambda s: np.std(known(t + s) - some.q), [ends], Ns=_SHIFTS)
 
 
 def samples_digest(samples: Samples) -> str:

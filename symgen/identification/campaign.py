@@ -172,10 +172,9 @@ def open_campaign(
         long, groups, repairs = sample_logs(robot, logs, rows, window, progress)
         long = replace(long, kernels=kernels, executor=executor)
     else:
-        groups, repairs = open_logs(logs, robot, reading, progress)
-        require_other_data(*groups)
-        if not logs[1]:
-            groups = hold_out(groups[0])
+        (train, held), repairs = open_logs(logs, robot, reading, progress)
+        held = require_other_data(train, held)
+        groups = (train, held) if held else hold_out(train)
         if moving:
             require_motion(groups[0], robot)
     progress("deriving and compiling the model")

@@ -141,3 +141,24 @@ def test_another_recording_of_the_same_path_is_no_copy() -> None:
         again = replace(other, t=other.t + 50.0)
         found = symgen.identify(symgen.parse_robot(ROBOT), train, validation=again, model="torque")
         assert found.verdict == "trusted"
+
+
+@pytest.mark.parametrize("verb", [symgen.identify, symgen.diagnose])
+def test_a_validation_log_on_the_path_of_the_training_log_gets_a_note(verb) -> None:
+    """The path is repeated backwards, with the torque of that motion; another path has no note."""
+    train = noisy("train", 5, 0.01)
+    rng = np.random.default_rng(6)
+    logs = []
+    for seed, step in ((3, -1), (4, 1)):
+        t, *path = motion(seed)
+        q, qd, qdd = (x[::step] * factor for x, factor in zip(path, (1, step, 1), strict=True))
+        tau = ARM.torque(q, qd, qdd)
+        tau = tau + 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
+        off = 0.02 * np.sin(3 * t)[:, None]
+        logs.append(
+            symgen.make_log(f"log {seed}", t, q + off, tau, qd + 0.06 * np.cos(3 * t)[:, None])
+        )
+    found = verb(symgen.parse_robot(ROBOT), train, validation=logs)
+    said = [note for note in found.notes if "repeats the path" in note]
+    assert len(said) == 1
+    assert said[0].startswith("log 3: repeats the path of the training log train")
