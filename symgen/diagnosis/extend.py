@@ -100,12 +100,16 @@ def corrected(robot: Robot, change: Change) -> Robot | None:
 
 
 def with_torques_scaled(robot: Robot, position: int, factor: float) -> Robot:
-    """Return the robot with a torque constant, or else the gain of a joint, times a factor."""
+    """Return the robot with a torque constant, or else the gain of a joint, times a factor.
+
+    The standard deviations of the gains are those of the old ones, and hold for a sign alone.
+    """
     drive = robot.drive or _direct(robot)
     key = "gain" if drive.torque_constant is None else "torque_constant"
     values = [*(getattr(drive, key) or (1.0,) * robot.n)]
     values[position] = float(f"{factor * values[position]:.6g}")
-    changed: dict[str, Any] = {key: tuple(values)}
+    std = drive.gain_std if abs(factor) == 1.0 else None
+    changed: dict[str, Any] = {key: tuple(values), "gain_std": std}
     return replace(robot, drive=replace(drive, **changed))
 
 

@@ -87,6 +87,22 @@ def test_the_ratio_of_two_coupled_joints_is_found() -> None:
     assert values(found)["ratio3"] == pytest.approx(-0.5, abs=0.05)
 
 
+@pytest.mark.parametrize(
+    ("factor", "tried", "std"),
+    [(0.7, ["drive_gain_error"], None), (-1.0, None, (0.01, 0.01))],
+)
+def test_a_corrected_gain_loses_the_deviation_of_the_old_one(factor, tried, std) -> None:
+    drive = "ratio = [1, 1]\ngain = [1.1, 1.2]\ngain_std = [0.01, 0.01]"
+    text = robot_toml("arm", gravity=IN_PLANE)
+    robot = symgen.parse_robot(f"{text}\n[drive]\n{drive}\n")
+    logs = (planar(name, k, sinks=1.5) for k, name in enumerate(("train", "test")))
+    train, test = (replace(x, tau=x.tau * [1 / 1.1, factor / 1.2]) for x in logs)
+    found = symgen.diagnose(robot, train, validation=test, effects=tried).extended.drive
+    assert found is not None
+    assert found.gain == pytest.approx((1.1, 1.2 / factor), rel=0.05)
+    assert found.gain_std == std
+
+
 TREE = """[robot]
 name = "pendulums"
 gravity = [0.0, -9.81, 0.0]
