@@ -8,9 +8,6 @@ import numpy as np
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.estimation.torque_error import percent
-from symgen.estimation.values import Reason
-from symgen.identification.judgement import SEARCH
-from symgen.identification.settle import EFFECT_MISSING
 from symgen.names import joints_in_words
 from symgen.policy import BEYOND
 from symgen.robot.effect import PHYSICS, definitions, described
@@ -149,12 +146,6 @@ def grade(effect: FoundEffect) -> str:
     return "adopted" if effect.adopted else "suspected"
 
 
-def doubts(reasons: Sequence[Reason], effects: Sequence[FoundEffect]) -> tuple[str, ...]:
-    """Return the texts of reasons that neither an effect in the table nor the verdict contains."""
-    known = {EFFECT_MISSING, *(e.name for e in effects)}
-    return tuple(r.text.removesuffix(f"; {SEARCH}") for r in reasons if r.kind not in known)
-
-
 def advice_of(
     effects: Sequence[FoundEffect], robot: Robot, verdict: str, after: Gap
 ) -> tuple[str, ...]:
@@ -170,7 +161,9 @@ def advice_of(
     for e in effects:
         row = described(e.name)
         if e.adopted and row.advice:
-            out.append(f"{placed(e, robot)}: {row.says}; {row.advice}")
+            last = e.expression.split()[-1].strip("()")
+            typed = f" {last}" if "=" in last else ""
+            out.append(f"{placed(e, robot)}: {row.says}; {row.advice}{typed}")
     out += [tie(e, robot) for e in effects if e.indistinguishable_from and e.separate]
     suspected = any(not e.adopted for e in effects)
     if verdict in ("unexplained", "partly-explained") and not suspected:

@@ -31,7 +31,7 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.extend import corrected
 from symgen.diagnosis.gap import gap_of, moving_gap, places, validation_curves
 from symgen.diagnosis.listing import joint_numbers, list_effects, robot_parameters
-from symgen.diagnosis.messages import advice_of, corrections, doubts
+from symgen.diagnosis.messages import advice_of, corrections
 from symgen.diagnosis.second_encoder import with_stiffness
 from symgen.diagnosis.together import compared
 from symgen.errors import ParameterError
@@ -58,7 +58,7 @@ from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
 from symgen.identification.campaign import Campaign, Filtering, load_model, open_campaign
-from symgen.identification.judgement import CHANGED
+from symgen.identification.judgement import CHANGED, SEARCH
 from symgen.identification.parameters import KnownParameters, read_known
 from symgen.identification.searched import BROKEN
 from symgen.identification.settle import EFFECT_MISSING, NO_ROBOT
@@ -448,6 +448,7 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
     named = [e for e in effects if e.adopted]
     reasons = _reasons(gaps.promised)
     verdict = _verdict(adopted, gaps, effects, reasons, least)
+    listed = {EFFECT_MISSING, *(e.name for e in effects)}
     where: tuple[Place, ...] = ()
     if verdict != "consistent":
         where = places(result, named, moving_gap(gaps.before), gaps.floor, gaps.curves, contacts)
@@ -474,7 +475,7 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
             Rejected(s.cause.name, joint_numbers(robot, s.joints), why) for s, why in refused
         ),
         advice=(
-            *doubts(reasons, effects),
+            *(r.text.removesuffix(f"; {SEARCH}") for r in reasons if r.kind not in listed),
             *(f"{line} (written into robot.toml)" for line in corrections(robot, adopted.robot)),
             *advice_of(effects, robot, verdict, gaps.explained),
         ),

@@ -34,8 +34,8 @@ _STEP = 1e-3  # s, half width of the central difference of a torque
 #: Largest number of joints for which sets of wrong signs are tried.
 _SETS = 10
 _DEGREES = math.pi / 180
-#: Factors between units of torque, in N m: N mm, kN m, kgf m, per cent, and their inverses.
-_UNITS = (1e-3, 1e3, 9.80665, 1 / 9.80665, 1e-2, 1e2)
+#: Values of 1 N m in other units, with their names for --unit: kgf m and per cent have none.
+_UNITS = {1e-3: "kNm", 1e3: "mNm", 9.80665: "", 1 / 9.80665: "", 1e-2: "", 1e2: "Ncm"}
 #: Grid of gear ratios, with their inverses.
 _RATIOS = tuple(r**s for s in (1, -1) for r in (1.25, 1.5, 2.0, 3.0, 5.0, 100.0))
 
@@ -53,6 +53,7 @@ class Change(Hypothesis):
         lag: s, time constant of a first-order filter of the torques.
         turns: whether the samples are in reversed order.
         gravity: corrected gravity in frame 0, m/s2; None for that of the file.
+        unit: the unit of the channels that --unit takes; "" if there is none.
     """
 
     factors: Mapping[str, float]
@@ -63,6 +64,7 @@ class Change(Hypothesis):
     lag: float = 0.0
     turns: bool = False
     gravity: tuple[float, ...] | None = None
+    unit: str = ""
 
     @property
     def key(self) -> Key:
@@ -71,8 +73,17 @@ class Change(Hypothesis):
 
     def expression(self, robot: Robot) -> str:
         """Return what it does to the channels, or to the robot file."""
-        where = ", ".join(self.factors) or "robot file"
+        where = ",".join(self.assigned) or "robot file"
         return f"{super().expression(robot)} ({where})"
+
+    @property
+    def assigned(self) -> list[str]:
+        """Its columns, each with its source for --columns, or with its unit for --unit."""
+        out = []
+        for key, j in itertools.product(self.factors, self.joints):
+            source = f"{key}{self.order[j] + 1}" if self.order else self.unit
+            out.append(f"{key}{j + 1}={source}".rstrip("="))
+        return out or [*self.factors]
 
     @property
     def scale(self) -> float:
@@ -81,8 +92,7 @@ class Change(Hypothesis):
 
     def in_words(self, robot: Robot) -> str:
         """Return its channels, its name, its joints and its size."""
-        channels = [f"{key}{j + 1}" for j in self.joints for key in self.factors]
-        listed = ", ".join(channels or self.factors)
+        listed = ", ".join(self.assigned)
         text = super().in_words(robot)
         return f"{listed}: {text}" if listed else text
 
@@ -173,17 +183,24 @@ def motion_changes(robot: Robot, loud: frozenset[int]) -> Iterator[list[Change]]
     degrees = dict.fromkeys(MOTION, _DEGREES)
     size = (Size("factor", 1 / _DEGREES, ""),)
     if len(turning) > 1:
-        yield [Change(rows["wrong_unit"], (), degrees, size, turning)]
+        yield [Change(rows["wrong_unit"], (), degrees, size, turning, unit="deg")]
     for j in turning:
-        yield [Change(rows["wrong_unit"], (j,), degrees, size)]
+        yield [Change(rows["wrong_unit"], (j,), degrees, size, unit="deg")]
     yield [Change(rows["reversed_time"], (), {"t": 1.0}, turns=True)]
     for j in loud if driven[1:] else ():  # a lone motor has the scale of all torques
         yield [geared_by(j, r) for r in _RATIOS]
     for some in _sets(driven):
         if loud.issuperset(some[1:]):
+            turn = {*turning}.issuperset(some)  # the names are those of torques
             yield [
-                Change(rows["wrong_unit"], some, {"tau": 1 / f}, (Size("factor", f, ""),))
-                for f in _UNITS
+                Change(
+                    rows["wrong_unit"],
+                    some,
+                    {"tau": 1 / f},
+                    (Size("factor", f, ""),),
+                    unit=name * turn,
+                )
+                for f, name in _UNITS.items()
             ]
     yield from gravities(robot)
 

@@ -103,6 +103,33 @@ def test_a_corrected_gain_loses_the_deviation_of_the_old_one(factor, tried, std)
     assert found.gain_std == std
 
 
+@pytest.mark.parametrize(
+    ("order", "factor", "option", "typed"),
+    [
+        ([1, 0], 1.0, "columns", "tau1=tau2,tau2=tau1"),
+        ([0, 1], 1e3, "unit", "tau1=mNm"),
+    ],
+)
+def test_the_advice_has_the_option_that_corrects_the_columns(
+    tmp_path, order, factor, option, typed
+) -> None:
+    files = []
+    for k, name in enumerate(("train", "test")):
+        log = planar(name, k, sinks=1.5)
+        tau = log.tau[:, order] * [factor, 1.0]
+        table = np.column_stack([log.t, log.q, log.qd, tau])
+        files.append(tmp_path / f"{name}.csv")
+        head = "t,q1,q2,qd1,qd2,tau1,tau2"
+        np.savetxt(files[-1], table, "%.9g", ",", header=head, comments="")
+    tried = symgen.diagnose(PLANAR, files[0], validation=files[1])
+    printed = [line.partition(f"--{option} ")[2] for line in tried.advice]
+    assert typed in printed
+    pairs = dict(pair.split("=") for pair in typed.split(","))
+    reading = symgen.Reading(**{option: pairs})
+    found = symgen.identify(PLANAR, files[0], validation=files[1], reading=reading)
+    assert found.verdict == "trusted"
+
+
 TREE = """[robot]
 name = "pendulums"
 gravity = [0.0, -9.81, 0.0]
@@ -169,3 +196,4 @@ def test_two_torques_in_another_unit_are_named_together() -> None:
     found = symgen.diagnose(robot, logs[0], validation=logs[1])
     assert adopted(found) == [("wrong_unit", (2, 5))]
     assert {p.value for e in found.effects for p in e.parameters} == {1000.0}
+    assert any(line.endswith("--unit tau2=mNm,tau5=mNm") for line in found.advice)
