@@ -108,8 +108,9 @@ def with_torques_scaled(robot: Robot, position: int, factor: float) -> Robot:
     key = "gain" if drive.torque_constant is None else "torque_constant"
     values = [*(getattr(drive, key) or (1.0,) * robot.n)]
     values[position] = float(f"{factor * values[position]:.6g}")
-    std = drive.gain_std if abs(factor) == 1.0 else None
-    changed: dict[str, Any] = {key: tuple(values), "gain_std": std}
+    changed: dict[str, Any] = {key: tuple(values)}
+    if abs(factor) != 1.0:
+        changed["gain_std"] = None
     return replace(robot, drive=replace(drive, **changed))
 
 

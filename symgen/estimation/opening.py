@@ -47,7 +47,6 @@ Sources = tuple[Sequence[Source], Sequence[Source]]
 Groups = tuple[list[Samples], list[Samples]]
 #: Largest difference of positions on the same path, as a part of the RMS of the motion.
 _SAME_PATH = 0.1
-_ALIKE = "errors on other motions may be larger"
 #: Ending of the name of a held-out part.
 LATE = " (last fifth)"
 
@@ -210,7 +209,10 @@ def require_other_data(train: Sequence[Samples], held_out: Sequence[Samples]) ->
                 refuse(what, "another log, or no validation log (the last fifth is held out then)")
             centre = log.q.mean(axis=0)
             if _is_copy(log.t, log.q - centre, then, other.q - centre, _SAME_PATH):
-                note = f"{other.name}: repeats the path of the training log {log.name}; {_ALIKE}"
+                note = (
+                    f"{other.name}: repeats the path of the training log {log.name}; errors on "
+                    "other motions may be larger"
+                )
                 logs[k] = replace(other, notes=(*other.notes, note))
     return logs[len(train) :]
 

@@ -263,6 +263,9 @@ def candidates(robot: Robot, logs: Logs, *, fixed: bool = False) -> Iterator[Can
     for definition in definitions().values():
         if definition.native == "coupling":
             yield from _couplings(robot, definition)
+        elif definition.name == "crosstalk":
+            for j, k in itertools.permutations(range(robot.n), 2):
+                yield Candidate(definition, (j, k), partial(_crossed, j, k), 1, uses_model=True)
         elif definition.torque or definition.name == "presliding_friction":
             for position in range(robot.n):
                 yield from _of_library(robot, definition, position, logs, fixed=fixed)
@@ -458,6 +461,11 @@ def _coupled(j: int, k: int, s: FilteredLog, _: Torques, constants: Constants) -
     u = s.qd[:, j] + ratio * s.qd[:, k]
     F = np.column_stack([s.qdd[:, j] + ratio * s.qdd[:, k], u, np.sign(u)])
     return {j: F, k: ratio * F}
+
+
+def _crossed(j: int, k: int, _: FilteredLog, torques: Torques, __: Constants) -> Columns:
+    """Return the torque of joint k in the channel of joint j."""
+    return {j: torques.model[:, [k]]}
 
 
 def _presliding(j: int, s: FilteredLog, _: Torques, constants: Constants) -> Columns:

@@ -25,7 +25,7 @@ class Case:
     """A robot file's text, its training and its validation log.
 
     `weight` gives the torque (N, n) of gravity at positions, `load` that of a kilogram in a point
-    (3,) of the last link along a motion: (t, q, point) -> (N, n).
+    (3,) of the last link along a motion: (t, q, point) -> (N, n). `friction` gives that of a log.
     """
 
     robot: str
@@ -34,6 +34,7 @@ class Case:
     weight: Callable[[np.ndarray], np.ndarray]
     load: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
     rigid: Callable[[Log, Generator], np.ndarray]
+    friction: Callable[[Log], np.ndarray]
 
     def over(self, change: Callable[[Log], Log]) -> Case:
         """Change both logs."""
@@ -51,12 +52,12 @@ def _joint(case: Case, rng: Generator) -> int:
     return int(rng.integers(case.train.n))
 
 
-def _speed(log: Log) -> np.ndarray:
+def speed(log: Log) -> np.ndarray:
     return np.gradient(log.q, log.t, axis=0) if log.qd is None else log.qd
 
 
 def _sign(log: Log, j: int) -> np.ndarray:
-    v = _speed(log)[:, j]
+    v = speed(log)[:, j]
     return np.asarray(np.tanh(v / (0.02 * np.abs(v).max())))
 
 
@@ -237,7 +238,7 @@ def commanded(case: Case, rng: Generator) -> Spoiled:
 
     def ask(log: Log) -> Log:
         weight = case.weight(log.q)
-        return replace(log, tau=weight + part * (log.tau - weight) * np.abs(np.tanh(_speed(log))))
+        return replace(log, tau=weight + part * (log.tau - weight) * np.abs(np.tanh(speed(log))))
 
     return case.over(ask), ()
 
@@ -252,6 +253,47 @@ def fed_forward(case: Case, rng: Generator) -> Spoiled:
         return replace(log, tau=case.rigid(log, np.random.default_rng(seed))).rows(inside)
 
     return case.over(ask), ()
+
+
+def friction_taken_off(case: Case, rng: Generator) -> Spoiled:
+    """The torque beside 60 to 95 % of the friction, which the drive adds by itself."""
+    part = rng.uniform(0.6, 0.95)
+    return case.over(lambda log: replace(log, tau=log.tau - part * case.friction(log))), ()
+
+
+def sensor_creeps(case: Case, rng: Generator) -> Spoiled:
+    """The zero of a torque sensor relaxes to its value in each log, from 20 to 80 % of the RMS."""
+    j, part = _joint(case, rng), rng.uniform(0.2, 0.8) * rng.choice([-1, 1])
+    seconds = rng.uniform(0.1, 0.6) * np.ptp(case.train.t)
+    size = part * _rms(case.train.tau)[j]
+    return case.over(lambda x: _with_torque(x, j, size * np.exp((x.t[0] - x.t) / seconds))), (j,)
+
+
+def sensor_creeps_with_load(case: Case, rng: Generator) -> Spoiled:
+    """A torque sensor follows 5 to 20 % of its torque with a lag of 3 s and more."""
+    from scipy.signal import lfilter
+
+    j, part = _joint(case, rng), rng.uniform(0.05, 0.2)
+    seconds = max(3.0, rng.uniform(0.1, 0.6) * np.ptp(case.train.t))
+
+    def late(log: Log) -> Log:
+        a = np.exp(-log.step / seconds)
+        return _with_torque(log, j, part * lfilter([1 - a], [1, -a], log.tau[:, j]))
+
+    return case.over(late), (j,)
+
+
+def crosstalk(case: Case, rng: Generator) -> Spoiled:
+    """A torque channel has 5 to 20 % of the torque of another joint."""
+    j, k = (int(x) for x in rng.choice(case.train.n, 2, replace=False))
+    part = rng.uniform(0.05, 0.2) * rng.choice([-1, 1])
+    return case.over(lambda log: _with_torque(log, j, part * log.tau[:, k])), (j,)
+
+
+def two_millinewton_metres(case: Case, rng: Generator) -> Spoiled:
+    """The torques of two joints are in mN m."""
+    joints = sorted(int(j) for j in rng.choice(case.train.n, 2, replace=False))
+    return case.over(lambda log: log.over("tau", lambda x: 1e3 * x, *joints)), tuple(joints)
 
 
 def two_gains(case: Case, rng: Generator) -> Spoiled:
@@ -296,11 +338,26 @@ def leak(case: Case, rng: Generator) -> Spoiled:
     return replace(case, held=replace(piece, t=piece.t - piece.t[0])), ()
 
 
+def resampled_leak(case: Case, rng: Generator) -> Spoiled:
+    """The validation log is a piece of the training log at other stamps, linear between samples."""
+    log = case.train
+    length, step = rng.uniform(0.2, 0.5) * np.ptp(log.t), log.step * rng.uniform(0.6, 1.4)
+    begin = log.t[0] + rng.uniform(0, 1) * (np.ptp(log.t) - length)
+    t = np.arange(begin, begin + length, step)
+
+    def at(x: np.ndarray) -> np.ndarray:
+        return np.column_stack([np.interp(t, log.t, c) for c in x.T])
+
+    qd = None if log.qd is None else at(log.qd)
+    return replace(case, held=replace(log, t=t - begin, q=at(log.q), qd=qd, tau=at(log.tau))), ()
+
+
 OWN = (
     gravity_down, gravity_sideways, gravity_tilted, one_zero, three_zeros, zero_slips,
     tool_in_a_part, tool_in_training, collision, leans, brake_drags, friction_fades,
     torque_drifts, gain_drifts, slow_torques, slow_torque, gravity_compensated, commanded,
-    fed_forward, two_gains, two_signs, loud, constant, clock_runs_fast, leak,
+    fed_forward, two_gains, two_signs, loud, constant, clock_runs_fast, leak, resampled_leak,
+    friction_taken_off, sensor_creeps, sensor_creeps_with_load, crosstalk, two_millinewton_metres,
 )  # fmt: skip
 
 
