@@ -242,6 +242,7 @@ def test_two_turned_torques_are_told_from_the_third_by_their_work() -> None:
         ("thermal_drift", lambda t, tau, qd: 0.4 * tau.std() * np.exp(-t / 6) * np.sign(qd)),
         ("torque_drift", lambda t, tau, _: 0.5 * tau.std() * t / t[-1]),
         ("gain_drift", lambda t, tau, _: -0.3 * tau * t / t[-1]),
+        ("torque_creep", lambda t, tau, _: 0.4 * tau.std() * np.exp(-t / 4)),
     ],
 )
 def test_what_changes_in_the_training_log_alone_is_named(name, change) -> None:
@@ -252,6 +253,26 @@ def test_what_changes_in_the_training_log_alone_is_named(name, change) -> None:
     found = symgen.diagnose(log.robot, replace(train, tau=tau), validation=test)
     told = [(e.name, e.joints, e.shown) for e in found.effects if e.adopted]
     assert told == [(name, (2,), True)]
+
+
+@pytest.mark.parametrize(
+    ("name", "joints", "change", "value"),
+    [
+        ("torque_creep", (2,), lambda t, tau: 4 * (1 - np.exp(-t / 3)), {"TC2": -4, "T2": 3}),
+        ("crosstalk", (2, 1), lambda t, tau: 0.12 * tau[:, 0], {"CX1": 0.12}),
+    ],
+)
+def test_errors_of_a_torque_sensor_in_all_logs_are_named(name, joints, change, value) -> None:
+    log, logs = stored("sound"), []
+    for given in (made("train", log.train), made("test", log.test)):
+        tau = given.tau.copy()
+        tau[:, 1] += change(given.t - given.t[0], given.tau)
+        logs.append(replace(given, tau=tau))
+    found = symgen.diagnose(log.robot, logs[0], validation=logs[1])
+    assert [(e.name, e.joints) for e in found.effects if e.adopted] == [(name, joints)]
+    values = {p.name: p.value for e in found.effects for p in e.parameters}
+    assert values == pytest.approx(value, rel=SOME)
+    assert found.verdict == "bad-measurement"
 
 
 @pytest.mark.parametrize("gravity", [(0, 0, 1), (1, 0, 0), (0, 0, 0)])
