@@ -15,7 +15,7 @@ from pathlib import Path
 from shlex import quote
 from typing import NoReturn
 
-from symgen.data.csv_form import NO_HEADER, CsvForm, texts_of
+from symgen.data.csv_text import NO_HEADER, CsvForm, texts_of
 from symgen.data.raw import (
     BESIDE,
     COLUMNS,

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from symgen.data.bags import FIELDS, is_bag, read_bag
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
+from symgen.data.gaps import GAP
 from symgen.data.mask import STILL, rms, spans
 from symgen.data.raw import (
     BESIDE,
@@ -36,8 +37,7 @@ from symgen.data.raw import (
 )
 from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
-from symgen.data.stretch import GAP
-from symgen.data.tables import SUFFIXES, TEXTS, names_of, open_table, read_all
+from symgen.data.tables import SUFFIXES, TEXTS, names_of, open_table
 from symgen.data.units import Converted, converted, split_unit
 from symgen.errors import located, plain
 from symgen.names import PRISMATIC
@@ -125,7 +125,7 @@ def read_wanted(path: str | Path, wanted: Wanted) -> Log:
                 refuse(f"the extension {path.suffix!r} is not known", how)
             else:
                 with open_table(str(path), wanted) as table:
-                    raw = read_all(table)
+                    raw = table.part(0, table.rows)
         except (OSError, ValueError) as error:
             refuse(f"cannot be read: {error}", _FILES)
         return checked_log(plain(path.name), raw, wanted)

@@ -1,7 +1,7 @@
 """Long logs in files: the files of a source, their stretches without gaps, and reading by rows.
 
-A source is a path, a pattern (`logs/*.parquet`), a folder, or a URL. Parquet and uncompressed NPZ
-are read by rows. CSV and compressed NPZ are read completely.
+A source is a path, a pattern (`logs/*.parquet`), a folder, or a URL. Parquet is read by rows. CSV
+and NPZ are read completely.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.data.bags import is_bag
+from symgen.data.gaps import holes
 from symgen.data.log import Log, checked_log, reading_of
 from symgen.data.raw import Reading, readable, refuse, wanted_by
-from symgen.data.stretch import holes
-from symgen.data.tables import SUFFIXES, Table, open_table, reads_rows, rows_of
+from symgen.data.tables import SUFFIXES, Table, has_segments, is_parquet, open_table, rows_of
 from symgen.data.units import IN_SI, Units
 from symgen.data.urls import is_remote, remote_files
 from symgen.errors import located, plain
@@ -34,20 +34,22 @@ if TYPE_CHECKING:
 #: of a segment.
 LIMIT = 1 << 18
 Source = str | Path | Log
+#: Note on a file whose rows cannot be read alone.
+_COMPLETELY = "the file was read completely; Parquet needs less memory"
 _ACCEPTED = "Parquet, CSV or NPZ files, a folder of them, a pattern such as 'logs/*.parquet', a URL"
 
 
 def is_long(sources: Sequence[Source]) -> bool:
     """Return whether logs are read segment by segment: tables with many samples, or a URL.
 
-    A CSV is not, because it is read completely.
+    A single CSV is not.
     """
     names = ["" if isinstance(source, Log) else str(source) for source in sources]
     if not all(name.lower().endswith(SUFFIXES) for name in names):
         return False
     if any(map(is_remote, names)):
         return True
-    parts = len(names) > 1 or all(map(reads_rows, names))
+    parts = len(names) > 1 or all(map(has_segments, names))
     return parts and sum(map(rows_of, names)) > LIMIT
 
 
@@ -91,7 +93,6 @@ class Stretch:
         rows: first row, and the row after the last.
         times: times of the first and the last row, s.
         step: sampling step, s.
-        measured: whether the file has speeds.
         units: units of the columns of the file.
         kind: "train" or "validation".
     """
@@ -101,7 +102,6 @@ class Stretch:
     rows: tuple[int, int]
     times: tuple[float, float]
     step: float
-    measured: bool
     units: Units = IN_SI
     kind: str = "train"
 
@@ -155,7 +155,7 @@ def stretches(name: str, robot: Robot, reading: Reading) -> list[Stretch]:
     for k, (rows, (begin, end)) in enumerate(ends):
         step_of_stretch = (end - begin) / max(rows[1] - rows[0] - 1, 1) or step
         label = log if len(edges) == 1 else f"{log}, stretch {k + 1}"
-        s = Stretch(name, label, rows, (begin, end), step_of_stretch, table.measured, table.units)
+        s = Stretch(name, label, rows, (begin, end), step_of_stretch, table.units)
         out.append(s.within(*reading.span))
     return out
 
@@ -179,10 +179,13 @@ def read_rows(
     with located(stretch.file), _opened(stretch.file, robot, reading, stretch.units) as table:
         raw = table.part(*rows)
         with located(f"rows {rows[0]} to {rows[1]}"):
-            return checked_log(name, raw, wanted_by(robot, reading), True)
+            log = checked_log(name, raw, wanted_by(robot, reading), True)
+    if rows[0] > 0 or is_parquet(stretch.file):
+        return log
+    return replace(log, notes=(*log.notes, f"{name}: {_COMPLETELY}"))
 
 
 def _opened(
     name: str, robot: Robot, reading: Reading, units: Units | None = None
 ) -> AbstractContextManager[Table]:
-    return open_table(name, wanted_by(robot, reading), units is not None, units)
+    return open_table(name, wanted_by(robot, reading), units)

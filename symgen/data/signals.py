@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from symgen.data.gaps import holes
 from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, Mask, on_grid, rms, touched
 from symgen.data.raw import FloatArray, read_only, refuse
-from symgen.data.stretch import holes
 from symgen.errors import LogError
 
 #: Logs whose time steps vary by more than this share of the median are resampled.

@@ -1,29 +1,26 @@
 """Read logs as tables: CSV, NPZ, and Parquet on disk or at a URL.
 
-Parquet is read in batches, each row once. Uncompressed NPZ (numpy.savez) is read by rows. CSV and
-compressed NPZ are read completely.
+Parquet is read in batches, each row once. CSV and NPZ are read completely.
 """
 
 from __future__ import annotations
 
 import csv
-import math
 import re
-import struct
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from symgen.data.columns import Groups, assigned, with_joints
-from symgen.data.csv_form import csv_form, read_csv
+from symgen.data.csv_text import csv_form, read_csv
 from symgen.data.raw import (
     BESIDE,
     COLUMNS,
@@ -49,8 +46,6 @@ from symgen.errors import SymgenError, located
 BATCH = 1 << 15  # rows to read at once
 _SHOWN = 1 << 14  # rows that show the rate of a file
 _BUFFER = 1 << 20  # bytes to read at once
-_HEADER = struct.Struct("<4s22xHH")  # of a file in an archive: signature, lengths of two names
-_SIGNATURE = b"PK\x03\x04"
 #: File endings of tables.
 SUFFIXES = (".csv", ".parquet", ".npz")
 #: Endings of single files only, not of logs in a folder.
@@ -58,15 +53,12 @@ TEXTS = (".tsv", ".txt")
 
 
 @contextmanager
-def open_table(
-    name: str, wanted: Wanted, sound: bool = False, units: Units | None = None
-) -> Iterator[Table]:
+def open_table(name: str, wanted: Wanted, units: Units | None = None) -> Iterator[Table]:
     """Open a table of a log.
 
     Args:
         name: name of a file with an ending in SUFFIXES, or URL of a Parquet file.
         wanted: what to read.
-        sound: whether its checksums are already verified.
         units: its units; None to determine them.
 
     Raises:
@@ -83,7 +75,7 @@ def open_table(
             refuse("is a CSV or NPZ at a URL", "Parquet at a URL, other files on a disk")
         if path.stat().st_size == 0:
             refuse("the file is empty", COLUMNS)
-        table = _npz(path, wanted, sound) if suffix == ".npz" else _csv(path, wanted)
+        table = _npz(path, wanted, bool(units)) if suffix == ".npz" else _csv(path, wanted)
         yield _in_si(table, wanted, units)
     except (OSError, ValueError, csv.Error) as error:
         refuse(f"cannot be read: {error}", "a CSV, Parquet or NPZ file")
@@ -108,15 +100,6 @@ def names_of(name: str, reading: Reading) -> Sequence[str]:
         with parquet_file(name) as file:
             return [*_elements(file)]
     return ()
-
-
-def read_all(table: Table) -> Raw:
-    """Read all rows of a table as C-contiguous arrays."""
-    raw = table.part(0, table.rows)
-    arrays = {role: np.ascontiguousarray(x) for role, x in raw.arrays.items()}
-    for x in arrays.values():
-        x.setflags(write=False)
-    return replace(raw, arrays=arrays)
 
 
 # Tables with one column for each joint.
@@ -147,18 +130,13 @@ class ColumnTable:
         """Number of rows."""
         return int(self.ends[-1]) if len(self.ends) else 0
 
-    @property
-    def measured(self) -> bool:
-        """Whether it has speeds."""
-        return "qd" in self.groups
-
     def times(self) -> Iterator[NDArray[Any]]:
         """Yield the time column in batches."""
         for (column,) in self.batches([self.groups["t"][0]], range(len(self.ends))):
             yield self.units.seconds(_numbers(column))
 
     def part(self, first: int, last: int) -> Raw:
-        """Return the rows from `first` to before `last`."""
+        """Return the rows from `first` to before `last` as C-contiguous arrays."""
         columns = _columns(self.groups)
         groups = np.searchsorted(self.ends, [first, last - 1], side="right")
         chosen = range(groups[0], min(groups[1] + 1, len(self.ends)))
@@ -180,7 +158,7 @@ class ColumnTable:
                 arrays[role] = self.units.seconds(values[0])
                 continue
             width = len(self.groups["q"] if role in BESIDE else group)
-            x = np.full((last - first, width), np.nan, order="F")
+            x = np.full((last - first, width), np.nan)
             for j, column in values.items():
                 x[:, j] = column
             arrays[role] = self.units.si(role, x)
@@ -363,11 +341,6 @@ class Arrays:
         """Number of rows."""
         return int(self.arrays["t"].shape[0])
 
-    @property
-    def measured(self) -> bool:
-        """Whether it has speeds."""
-        return "qd" in self.arrays
-
     def times(self) -> Iterator[NDArray[Any]]:
         """Yield the time column in pieces."""
         for first in range(0, self.rows, BATCH):
@@ -383,13 +356,13 @@ class Arrays:
 Table = Arrays | ColumnTable
 
 
-def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
-    """Open a file of numpy.savez.
+def _npz(path: Path, wanted: Wanted, again: bool) -> Arrays:
+    """Read a file of numpy.savez.
 
     Args:
         path: the file.
         wanted: what to read; its columns map log arrays to arrays of the file.
-        sound: whether its checksums are already verified.
+        again: whether other rows of the file are read too.
 
     Raises:
         LogError: the file lacks the arrays of a log.
@@ -403,67 +376,50 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
     for ours, theirs in columns.items():
         if ours not in ROLES:
             refuse(f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
+    load = _load_once if again else _load
+    content = load(path, frozenset(names.values()), path.stat().st_mtime_ns)
+    for ours, theirs in columns.items():
+        if theirs not in content:
+            refuse(f"there is no array {theirs!r} (--columns {ours})", listed([*content]))
+    arrays = {role: content[key] for role, key in names.items() if key in content}
+    if not arrays.keys() & {"tau", "i", "qr"} and "i" in content:
+        refuse_currents()
+    for role in ("t", "q", "tau"):
+        if role not in arrays and not (role == "tau" and arrays.keys() & {"i", "qr"}):
+            refuse(f"there is no array {names[role]} among {listed([*content])}", KEYS)
+    t = arrays["t"]
+    if len(t.shape) == 2 and 1 in t.shape:  # of MATLAB
+        arrays["t"] = t.ravel()
+    require_shapes(arrays)
+    used = {names[role] for role in arrays}
+    return Arrays(arrays, tuple(key for key in content if key not in used))
+
+
+def _load(path: Path, needed: frozenset[str], _changed: int) -> dict[str, Any]:
+    """Return the arrays of a file of numpy.savez: those that are needed, and None for others.
+
+    Args:
+        path: the file.
+        needed: names of arrays.
+
+    Raises:
+        LogError: the file is damaged.
+    """
     try:
         # allow_pickle stays off: a pickle in a log would run code of whoever wrote it. The file is
         # opened here because numpy leaves it open when the archive is damaged.
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             require_size(path, sum(entry.file_size for entry in archive.zip.infolist()))
-            keys = list(archive.files)
-            arrays: dict[str, Any] = {}
-            for role, key in names.items():
-                if key in keys:
-                    stored = _stored(file, archive.zip, key, sound)
-                    arrays[role] = np.asarray(archive[key]) if stored is None else stored
+            return {key: archive[key] if key in needed else None for key in archive.files}
     except SymgenError:
         raise
     except Exception as error:  # a damaged archive can raise any exception
         what = "an array holds Python objects" if "Object arrays" in str(error) else str(error)
-        refuse(f"cannot be read: {what}", KEYS)
-    for ours, theirs in columns.items():
-        if theirs not in keys:
-            refuse(f"there is no array {theirs!r} (--columns {ours})", listed(keys))
-    if not arrays.keys() & {"tau", "i", "qr"} and "i" in keys:
-        refuse_currents()
-    for role in ("t", "q", "tau"):
-        if role not in arrays and not (role == "tau" and arrays.keys() & {"i", "qr"}):
-            refuse(f"there is no array {names[role]} among {listed(keys)}", KEYS)
-    t = arrays["t"]
-    if len(t.shape) == 2 and 1 in t.shape:  # of MATLAB
-        arrays["t"] = t[:].ravel()
-    require_shapes(arrays)
-    used = {names.get(role) for role in arrays}
-    return Arrays(arrays, tuple(key for key in keys if key not in used))
+        return refuse(f"cannot be read: {what}", KEYS)
 
 
-def _stored(file: BinaryIO, archive: zipfile.ZipFile, key: str, sound: bool) -> NDArray[Any] | None:
-    """Map an array in a file; None if it is compressed, not in C order, or damaged."""
-    entry = archive.getinfo(key if key in archive.namelist() else f"{key}.npy")
-    found = _mapped(file, entry)
-    if found is not None and not sound:
-        with archive.open(entry) as stored:  # raises if the checksum is wrong
-            while stored.read(_BUFFER):
-                pass
-    return found
-
-
-def _mapped(file: BinaryIO, entry: zipfile.ZipInfo) -> NDArray[Any] | None:
-    if entry.compress_type != zipfile.ZIP_STORED or entry.flag_bits & 1:
-        return None
-    try:
-        file.seek(entry.header_offset)
-        signature, name, extra = _HEADER.unpack(file.read(_HEADER.size))
-        begin = entry.header_offset + _HEADER.size + name + extra
-        file.seek(begin)
-        version = npy.read_magic(file)
-        read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-        shape, columns_first, dtype = read(file)
-        size = file.tell() - begin + dtype.itemsize * math.prod(shape)
-        by_rows = bool(shape) and not columns_first and not dtype.hasobject
-        if signature == _SIGNATURE and by_rows and size == entry.file_size:
-            return np.memmap(file, dtype, "r", file.tell(), shape)
-    except (OSError, ValueError, struct.error):
-        pass
-    return None
+#: The segments of a long log share its arrays, until the file changes.
+_load_once = lru_cache(maxsize=1)(_load)
 
 
 def rows_of(name: str) -> int:
@@ -472,22 +428,39 @@ def rows_of(name: str) -> int:
     import pyarrow.parquet as pq
 
     try:
-        if name.lower().endswith(".parquet"):
+        if is_parquet(name):
             return int(pq.read_metadata(name).num_rows)
+        if name.lower().endswith(".npz"):
+            return _rows_of_npz(name)
         with open(name, "rb") as file:
-            if not name.lower().endswith(".npz"):
-                return sum(block.count(b"\n") for block in iter(partial(file.read, _BUFFER), b""))
-            with zipfile.ZipFile(file) as archive:
-                arrays = [_mapped(file, entry) for entry in archive.infolist()]
+            return sum(block.count(b"\n") for block in iter(partial(file.read, _BUFFER), b""))
     except (pa.ArrowException, OSError, ValueError, zipfile.BadZipFile):
         return 0
-    return max((len(x) for x in arrays if x is not None), default=0)
 
 
-def reads_rows(name: str) -> bool:
-    """Return whether single rows of a file can be read: in Parquet and uncompressed NPZ."""
-    suffix = Path(name).suffix.lower()
-    return suffix == ".parquet" or (suffix == ".npz" and rows_of(name) > 0)
+def _rows_of_npz(name: str) -> int:
+    """Return the largest number of rows of the uncompressed arrays in a file of numpy.savez."""
+    most = 0
+    with zipfile.ZipFile(name) as archive:
+        for entry in archive.infolist():
+            if entry.compress_type == zipfile.ZIP_STORED:
+                with archive.open(entry) as array:
+                    version = npy.read_magic(array)
+                    old = version == (1, 0)
+                    read = npy.read_array_header_1_0 if old else npy.read_array_header_2_0
+                    shape, _, _ = read(array)
+                    most = max(most, *shape[:1])
+    return most
+
+
+def has_segments(name: str) -> bool:
+    """Return whether a long file is read in segments: Parquet and uncompressed NPZ."""
+    return is_parquet(name) or (name.lower().endswith(".npz") and rows_of(name) > 0)
+
+
+def is_parquet(name: str) -> bool:
+    """Return whether a file is Parquet, of which rows can be read alone."""
+    return name.lower().endswith(".parquet")
 
 
 # Motions, or torques, without the other columns of a log.

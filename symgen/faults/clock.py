@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from symgen.data.gaps import GAP
 from symgen.data.log import Log
 from symgen.data.mask import Bools, spans
 from symgen.data.raw import FloatArray
-from symgen.data.stretch import GAP
 from symgen.faults.channels import FEW_DIGITS, least_step
 
 #: Step of a position after held rows, over the steps before and after.

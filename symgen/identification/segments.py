@@ -24,7 +24,7 @@ from symgen.data import long_logs
 from symgen.data.long_logs import Stretch, read_rows
 from symgen.data.raw import Reading
 from symgen.data.signals import sampled
-from symgen.data.tables import reads_rows
+from symgen.data.tables import has_segments
 from symgen.estimation.band import Band
 from symgen.estimation.covariance import bartlett, scores
 from symgen.estimation.equation_model import EquationModel
@@ -101,7 +101,7 @@ class Folding:
 
 def segments_of(number: int, log: Stretch) -> list[Segment]:
     """Cut a log into segments; a file format without access to rows gives one segment."""
-    if not reads_rows(log.file):
+    if not has_segments(log.file):
         return [Segment(log, number)]
     first, last = log.rows
     length = long_logs.LIMIT

@@ -17,7 +17,7 @@ DOORS = {
     "jinja2": ("files",),
     "casadi": (),
     "cffi": ("runtime/build",),
-    "pyarrow": ("data/tables", "data/csv_form"),
+    "pyarrow": ("data/tables", "data/csv_text"),
     "fsspec": ("data/urls",),
     "rosbags": ("data/bags",),
     "mcap": ("data/bags",),

@@ -134,6 +134,22 @@ def test_files_of_every_kind_and_at_a_url(tmp_path: Path, monkeypatch) -> None:
 
 
 @pytest.mark.usefixtures("short")
+def test_an_npz_is_read_completely_and_gives_the_estimate_of_a_parquet(tmp_path: Path) -> None:
+    columns = motion(3000, 3)
+    arrays = {role: np.column_stack([columns[f"{role}{j}"] for j in (1, 2)])
+              for role in ("q", "qd", "tau")}  # fmt: skip
+    np.savez(tmp_path / "a.npz", t=columns["t"], **arrays)
+    parquet(tmp_path / "a.parquet", columns)
+    estimates = (symgen.identify(robot(), tmp_path / f"a.{kind}", model="momentum")
+                 for kind in ("npz", "parquet"))  # fmt: skip
+    whole, rows = estimates
+    np.testing.assert_array_equal(whole.X, rows.X)
+    (note,) = set(whole.notes) - set(rows.notes)
+    assert note.startswith("a.npz: ")
+    assert "Parquet needs less memory" in note
+
+
+@pytest.mark.usefixtures("short")
 @pytest.mark.parametrize(
     ("source", "given", "said"),
     [

@@ -1,4 +1,4 @@
-"""The form of a CSV: where its samples begin, its separator, its decimal mark, and its columns."""
+"""Read the text of a CSV: its separator, decimal mark, columns and numbers."""
 
 from __future__ import annotations
 
