@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from statistics import fmean, pstdev
 from typing import TYPE_CHECKING
 
 import click
@@ -53,11 +52,12 @@ def export(
     possible one that is nearest to the values in the file. Exit code 1: the torque error of the
     written file on a --log is above that of the estimate by more than --least.
     """
-    from symgen.estimation.torque_error import percent
-    from symgen.faults.repair import open_samples
-    from symgen.files import json_text, write_folder, write_text
-    from symgen.identification import export as exports
-    from symgen.robot.toml_io import read_robot
+    from symgen.identification.export import (
+        beyond_limits,
+        file_errors,
+        read_identified,
+        write_copies,
+    )
 
     named = [path for path in (source, None if samples else to) if path is not None]
     kinds = {path.suffix.lower() for path in named}
@@ -65,28 +65,12 @@ def export(
         listed = " and ".join(map(str, named))
         raise click.UsageError(f"{listed}: accepted: both end in .urdf, or both in .xml")
     copied = _checked(source, to, bool(samples))
-    found, known = exports.read_identified(estimate, robot)
-    limits = list[str]()
-    for log in logs:  # read first, so that an unreadable log leaves no file
-        log_robot = known or read_robot(copied)
-        opened, _ = open_samples(log, log_robot, reading)
-        limits += exports.beyond_limits(opened, log_robot, copied)
+    found, known = read_identified(estimate, robot)
+    # Logs are read first, so that an unreadable one leaves no file.
+    limits = [note for log in logs for note in beyond_limits(log, known, copied, reading)]
     say_progress("deriving the model, and finding link parameters")
-    marked = copied.is_file() and copied.read_bytes().startswith(b"\xef\xbb\xbf")
-    encoding = "utf-8-sig" if marked else "utf-8"
-    if samples:
-        copies = exports.export_samples(estimate, copied, samples, robot, folder=to, seed=seed)
-        drawn = [*copies]
-        digits, first = len(str(samples - 1)), drawn[0]
-        paths = [to / f"{copied.stem}_{k:0{digits}d}{copied.suffix}" for k in range(samples)]
-        files = {p.name: file.text.encode(encoding) for p, file in zip(paths, drawn, strict=True)}
-        values = [dict(file.values) for file in drawn]
-        table = {"schema": exports.SAMPLES, "seed": seed, "files": [*files], "parameters": values}
-        write_folder(to, {**files, exports.MARKER: json_text(table).encode()}, exports.MARKER)
-    else:
-        first = exports.export(estimate, copied, robot, folder=to.parent, higher=mujoco == "3.7")
-        write_text(to, first.text.encode(encoding))
-        paths = [to]
+    higher = mujoco == "3.7"
+    paths, first = write_copies(to, copied, found, known, samples=samples, seed=seed, higher=higher)
     for note in (*first.notes, *limits):
         say(f"note: {note}")
     if first.left_out:
@@ -95,13 +79,9 @@ def export(
     code = 0
     for log in logs:
         say_progress(f"comparing with {log}")
-        errors = exports.file_errors(paths, log, found, known or copied, reading)
-        each = errors.files
-        told = percent(fmean(each))
-        if samples:
-            told = f"{told} on average over {samples} files, std {percent(pstdev(each))}"
-        say(f"torque error on {log}: {told}; the estimate {percent(errors.estimate)}")
-        if not samples and each[0] > errors.estimate + least / 100:
+        errors = file_errors(paths, log, found, known or copied, reading)
+        say(errors.in_words)
+        if not samples and errors.exceed(least / 100):
             why = "symgen diagnose searches for what the model lacks"
             if first.left_out:
                 why = f"the format cannot hold {', '.join(name for name, _, _ in first.left_out)}"

@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 import math
 import re
+from codecs import BOM_UTF8
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from statistics import fmean, pstdev
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,11 +19,12 @@ from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
 from symgen.codegen.values import Values, model_digest
 from symgen.data.raw import Reading
-from symgen.data.signals import Samples
 from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
+from symgen.faults.repair import open_samples
+from symgen.files import json_text, write_folder, write_text
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.parameters import (
     base_values,
@@ -319,43 +321,70 @@ def export(
     return identified_file(source, known, robot, folder=folder, higher=higher)
 
 
-def export_samples(
-    estimate: str | Path,
-    source: str | Path,
-    count: int,
-    robot: str | Path | Robot | None = None,
+def write_copies(
+    to: Path,
+    source: Path,
+    estimate: Estimate,
+    robot: Robot | None,
     *,
-    folder: str | Path | None = None,
+    samples: int | None = None,
     seed: int = 0,
-) -> Iterator[IdentifiedFile]:
-    """Yield copies of a robot's file with parameters drawn from their distribution.
+    higher: bool = False,
+) -> tuple[list[Path], IdentifiedFile]:
+    """Write copies of a robot's file with identified values: one, or some in a folder.
+
+    Those in a folder have parameters drawn from their distribution, for domain randomisation. A
+    table in the folder has the parameters of each.
 
         X ~ N(X0, C),    moved to the nearest physically possible X
 
-    The files serve domain randomisation: they differ by the uncertainty of the estimate.
-
     Args:
-        estimate, source, robot, folder: as for `export`.
-        count: number of files.
+        to: path of the copy, or of the folder.
+        source: path of the URDF or MJCF.
+        estimate, robot: the estimate and its robot, as `read_identified` returns them.
+        samples: number of copies in the folder; None for one copy with the values of the estimate.
         seed: seed of the draws.
+        higher: as for `export`.
+
+    Returns:
+        The paths of the copies, and the first copy.
 
     Raises:
-        RobotError: symgen cannot read a robot.
+        PackageError: the path cannot be written.
         ParameterError: as for `export`, or the estimate has no covariance.
     """
-    known, robot = read_identified(estimate, robot)
-    p = len(known.parameters)
-    if known.covariance.shape != (p, p) or not np.isfinite(known.covariance).all():
+    encoding = "utf-8-sig" if source.read_bytes().startswith(BOM_UTF8) else "utf-8"
+    if samples is None:
+        file = identified_file(source, estimate, robot, folder=to.parent, higher=higher)
+        write_text(to, file.text.encode(encoding))
+        return [to], file
+    X = _drawn(estimate, samples, seed)
+    drawn = [identified_file(source, estimate, robot, x, to) for x in X]
+    digits = len(str(samples - 1))
+    paths = [to / f"{source.stem}_{k:0{digits}d}{source.suffix}" for k in range(samples)]
+    files = {p.name: file.text.encode(encoding) for p, file in zip(paths, drawn, strict=True)}
+    values = [dict(file.values) for file in drawn]
+    table = {"schema": SAMPLES, "seed": seed, "files": [*files], "parameters": values}
+    write_folder(to, {**files, MARKER: json_text(table).encode()}, MARKER)
+    return paths, drawn[0]
+
+
+def _drawn(estimate: Estimate, count: int, seed: int) -> FloatArray:
+    """Return parameters (count, p) drawn from the normal distribution of an estimate.
+
+    Raises:
+        ParameterError: the estimate has no covariance.
+    """
+    p = len(estimate.parameters)
+    if estimate.covariance.shape != (p, p) or not np.isfinite(estimate.covariance).all():
         raise ParameterError(
-            f"{estimate}: it has no covariance of all its parameters; accepted: an estimate whose "
-            "parameters all have a standard deviation"
+            f"{estimate.robot}: its estimate has no covariance of all parameters; accepted: an "
+            "estimate whose parameters all have a standard deviation"
         )
-    values, vectors = np.linalg.eigh(known.covariance)
+    values, vectors = np.linalg.eigh(estimate.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     rng = np.random.default_rng(seed)
-    for _ in range(count):
-        X = known.X + root @ rng.normal(size=p)
-        yield identified_file(source, known, robot, X, folder)
+    return np.array([estimate.X + root @ rng.normal(size=p) for _ in range(count)])
 
 
 def read_identified(
@@ -385,31 +414,60 @@ def read_identified(
     return known, robot
 
 
-def beyond_limits(log: Samples, robot: Robot, path: Path) -> Iterator[str]:
+def beyond_limits(
+    log: str | Path, robot: Robot | None, path: Path, reading: Reading | None = None
+) -> Iterator[str]:
     """Yield a note on a log with torques above the limits in a robot file.
 
     Args:
-        log: samples of the robot.
-        robot: the robot.
+        log: path of the log.
+        robot: the robot; None for that of the file.
         path: path of its URDF or MJCF.
+        reading: options of reading the log.
+
+    Raises:
+        LogError: symgen cannot read the log.
     """
     file = read_robot(path)
+    robot = robot or file
+    samples, _ = open_samples(log, robot, reading)
     torques = (file.limits and file.limits.torque) or ()
     limits = dict(zip(file.joint_names, torques, strict=False))
-    peaks = np.abs(log.tau).max(axis=0)
-    limited = [limits.get(name, math.inf) for name in robot.joint_names]
-    if any(over := peaks > limited):
+    peaks = np.abs(samples.tau).max(axis=0)
+    over = peaks > [limits.get(name, math.inf) for name in robot.joint_names]
+    if over.any():
         yield (
-            f"{log.name}: torques of {robot.listed(np.flatnonzero(over))} are above the limits in "
-            f"{path.name}, where {_CLIPS[path.suffix.lower()]}"
+            f"{samples.name}: torques of {robot.listed(np.flatnonzero(over))} are above the limits "
+            f"in {path.name}, where {_CLIPS[path.suffix.lower()]}"
         )
 
 
-class FileErrors(NamedTuple):
-    """Relative torque errors on a log, of the parameters in each file and of the estimate."""
+@dataclass(frozen=True)
+class FileErrors:
+    """Torque errors on a log, relative.
 
-    files: list[float]
+    Attributes:
+        log: path of the log.
+        files: error of the parameters in each file.
+        estimate: error of the estimate.
+    """
+
+    log: str | Path
+    files: tuple[float, ...]
     estimate: float
+
+    @property
+    def in_words(self) -> str:
+        """The errors in one line."""
+        mean, count = percent(fmean(self.files)), len(self.files)
+        if count > 1:
+            spread = percent(pstdev(self.files))
+            mean = f"{mean} on average over {count} files, std {spread}"
+        return f"torque error on {self.log}: {mean}; the estimate {percent(self.estimate)}"
+
+    def exceed(self, least: float) -> bool:
+        """Return whether that of the first file is above the estimate's by more than `least`."""
+        return self.files[0] > self.estimate + least
 
 
 def file_errors(
@@ -440,4 +498,4 @@ def file_errors(
     *files, of_estimate = torque_errors(
         robot, log, parameters, estimate.band, estimate.shifts, reading
     )
-    return FileErrors(files, of_estimate)
+    return FileErrors(log, tuple(files), of_estimate)
