@@ -8,7 +8,7 @@ input.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -235,18 +235,27 @@ def _used(name: str, t: FloatArray, reading: Reading) -> tuple[slice, tuple[str,
         return slice(None), ()
     begin = int(np.max(np.flatnonzero(t < low), initial=-1)) + 1
     late = np.flatnonzero(t[begin:] > high)
-    end = begin + int(late[0]) if len(late) else len(t)
-    if end - begin < MIN_SAMPLES:
+    count = int(late[0]) if len(late) else len(t) - begin
+    if count < MIN_SAMPLES:
         have = f"the log runs from {t[0]:.6g} s to {t[-1]:.6g} s"
-        what = f"{end - begin} samples lie between {low:g} s and {high:g} s; {have}"
+        what = f"{count} samples lie between {low:g} s and {high:g} s; {have}"
         refuse(what, f"a span with at least {MIN_SAMPLES} samples")
-    ends = f"t = {t[begin]:.6g} s to {t[end - 1]:.6g} s"
-    return slice(begin, end), (f"{name}: cut to {ends}, {end - begin} of {len(t)} samples",)
+    used = t[begin : begin + count]
+    ends = f"t = {used[0]:.6g} s to {used[-1]:.6g} s"
+    note = f"{name}: cut to {ends}, {count} of {len(t)} samples"
+    return slice(begin, begin + count), (note,)
 
 
 def rows(log: Rows, chosen: slice | Bools) -> Rows:
     """Return some rows of a log, or of another value with one row for each sample."""
-    return _with(log, {k: x[chosen] for k, x in vars(log).items() if isinstance(x, np.ndarray)})
+    return _with(log, {key: x[chosen] for key, x in _arrays(log)})
+
+
+def _arrays(log: Any) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+    """Yield the fields of a log that are arrays."""
+    for key, x in vars(log).items():
+        if isinstance(x, np.ndarray):
+            yield key, x
 
 
 def _with(log: Rows, arrays: Mapping[str, npt.NDArray[Any]]) -> Rows:
@@ -269,24 +278,24 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
         LogError: a check fails.
     """
     require_shapes(raw.arrays)
-    arrays = {role: read_only(x if x.ndim == 2 else x[:, None]) for role, x in raw.arrays.items()}
-    t, q = read_only(raw.arrays["t"]), arrays["q"]
+    t = read_only(raw.arrays["t"])
     if len(t) < MIN_SAMPLES:
         refuse(f"has {len(t) or 'no'} samples", f"at least {MIN_SAMPLES} samples")
-    if not arrays.keys() & {"tau", "i", "qr"}:
+    if not raw.arrays.keys() & {"tau", "i", "qr"}:
         refuse("has neither torques nor currents", KEYS)
     _require_finite("t", t[:, None], t, raw.names)
     span, notes = _used(name, t, wanted.reading)
-    if notes:
-        t = read_only(t[span])
-        arrays = {role: read_only(x[span]) for role, x in arrays.items()}
-    t, rounded = _clock(t, shown("t", raw.names))
+    arrays = {}
+    for role, x in raw.arrays.items():
+        column = read_only(x if x.ndim == 2 else x[:, None])
+        arrays[role] = read_only(column[span]) if notes else column
+    t, rounded = _clock(arrays["t"][:, 0], shown("t", raw.names))
     for role in arrays.keys() & set(BESIDE):
-        column = _optional_column(role, arrays.pop(role))
-        arrays |= {} if np.isnan(column).all() else {role: column}
+        if not _has_values(role, arrays[role]):
+            del arrays[role]
     if "qd" in arrays and np.isnan(arrays["qd"]).all() and not part:
         del arrays["qd"]  # the recorder has no speeds
-    missing: Bools = np.zeros((*q[span].shape, 3), dtype=bool)
+    missing: Bools = np.zeros((*arrays["q"].shape, 3), dtype=bool)
     for role, k in (("q", 0), ("qd", 1), ("tau", 2), ("i", 2)):
         if role in arrays:
             empty = np.isnan(arrays[role])
@@ -303,10 +312,10 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
         qdr=qdr, missing=missing if missing.any() else None,
         converted=(*raw.converted, *rounded), imu=arrays.get("imu"),
     )  # fmt: skip
-    log = of_movable_joints(log, wanted, part)
-    log = joint_side(log, wanted.drive)
-    sliding = [j for j, kind in enumerate(wanted.sigma) if kind == PRISMATIC]
-    turning = {j: k for j, k in enumerate(wanted.kept(q.shape[1])) if j not in sliding}
+    log = joint_side(of_movable_joints(log, wanted, part), wanted.drive)
+    kept = wanted.kept(missing.shape[1])
+    types = dict(enumerate(wanted.sigma))
+    turning = {j: k for j, k in enumerate(kept) if types.get(j) != PRISMATIC}
     _require_radians(log, turning, "q" in roles_with_unit(wanted.reading), raw.names)
     return log
 
@@ -325,15 +334,11 @@ def of_movable_joints(log: Log, wanted: Wanted, part: bool = False) -> Log:
     if len(kept) == width:
         return log
     span = np.ptp(log.q, axis=0)
-    moving = [k for k in range(width) if k not in kept and span[k] > STILL * span.max()]
+    moving = [k + 1 for k in range(width) if k not in kept and span[k] > STILL * span.max()]
     if moving and not part:
-        what = f"q{moving[0] + 1} moves, and joint {moving[0] + 1} is fixed in the robot file"
+        what = f"q{moving[0]} moves, and joint {moving[0]} is fixed in the robot file"
         refuse(what, "a log in which it stands still, or a robot in which it moves")
-    arrays = {
-        key: x.take(kept, axis=1)
-        for key, x in vars(log).items()
-        if isinstance(x, np.ndarray) and key not in ("t", "imu")
-    }
+    arrays = {key: x.take(kept, axis=1) for key, x in _arrays(log) if key not in ("t", "imu")}
     note = f"{log.name}: the columns of fixed joints are not used"
     return _with(replace(log, notes=(*log.notes, note)), arrays)
 
@@ -361,15 +366,14 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
             text = f"stamps are rounded to {1e3 * np.median(steps[change - 1]):.3g} ms"
             done = f"replaced by a uniform clock of {1e3 * step:.4g} ms"
             return read_only(start + step * np.arange(len(t))), ((column, text, done),)
-    back = steps < 0
-    k = int(np.argmax(back if back.any() else steps == 0)) + 1
+    k = int(np.argmin(steps)) + 1
     accepted = "strictly increasing time in s, with all its digits"
-    if back.any():
+    if steps.min() < 0:
+        k = int(np.argmax(steps < 0)) + 1
         before, after = t[max(k - 2, 0)], t[min(k + 1, len(t) - 1)]
         accepted = f"a clock that is not set back: --until {before}, or --from {after}"
-    return refuse(
-        f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s", accepted
-    )
+    what = f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
+    return refuse(what, accepted)
 
 
 def roles_with_unit(reading: Reading) -> set[str]:
@@ -401,11 +405,13 @@ def _filled(
         if known.sum() < MIN_SAMPLES and not part:
             what = f"column {shown(f'{role}{j + 1}', names)}: {lost.sum()} of {len(t)} cells empty"
             refuse(what, f"at least {MIN_SAMPLES} numbers in a column")
-        if known.sum() < 2:
-            out[lost, j] = x[known, j][0] if known.any() else 0.0
-            continue
         at, values = t[known], x[known, j]
+        if len(at) == 0:
+            out[lost, j] = 0.0
+            continue
         out[lost, j] = np.interp(t[lost], at, values)
+        if len(at) == 1:
+            continue
         inside = lost & (t > at[0]) & (t < at[-1])
         long = long_runs(lost)
         for where, curve in ((inside & ~long, CubicSpline), (inside & long, PchipInterpolator)):
@@ -423,20 +429,10 @@ def long_runs(lost: Bools) -> Bools:
     return out
 
 
-def _optional_column(role: str, x: FloatArray) -> FloatArray:
-    """Check a column such as qs (N, n): complete on each joint that has it."""
-    for j, column in enumerate(x.T):
-        bad = np.count_nonzero(~np.isfinite(column))
-        if bad and not np.isnan(column).all():
-            what = f"column {role}{j + 1}: {bad} values are missing or not finite"
-            refuse(what, "rad (m) in every sample")
-    return x
-
-
 def _require_finite(role: str, array: FloatArray, t: FloatArray, names: Mapping[str, str]) -> None:
-    if not np.isfinite(array).all():
-        bad = np.argwhere(~np.isfinite(array))
-        sample, j = (int(index) for index in bad[0])
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad):
+        sample, j = map(int, bad[0])
         column = shown(role if role == "t" else f"{role}{j + 1}", names)
         when = f" (t = {t[sample]:.6g} s)" if role != "t" else ""
         value = array[sample, j]
@@ -461,18 +457,28 @@ def _require_radians(
         return
     # about ten thousand samples over the log are enough to find the unit
     at = np.arange(0, len(t) - 2, max(1, len(t) // _CHECKED_SAMPLES))
-    slope, speed = (q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1]
+    duration = (t[at + 2] - t[at])[:, None]
+    slope, speed = (q[at + 2] - q[at]) / duration, qd[at + 1]
     sizes = rms(slope), rms(speed)
     # At rest both are noise with an arbitrary ratio: require that they move together.
     in_step = np.mean(slope * speed, axis=0) >= 0.5 * sizes[0] * sizes[1]
     for j, k in turning.items():
-        sides = ("q", "qd", "q=deg,qd=rad/s", *sizes), ("qd", "q", "q=rad,qd=deg/s", *sizes[::-1])
-        for role, other, units, large, small in sides if in_step[j] else ():
-            factor = large[j] / (small[j] or np.inf)
-            if abs(factor / _DEGREES - 1.0) < 0.05:
-                degrees, rad = (shown(f"{r}{k + 1}", names) for r in (role, other))
+        columns = [shown(f"{role}{k + 1}", names) for role in ("q", "qd")]
+        for degrees, units in enumerate(("q=deg,qd=rad/s", "q=rad,qd=deg/s")):
+            factor = sizes[degrees][j] / (sizes[1 - degrees][j] or np.inf)
+            if in_step[j] and abs(factor / _DEGREES - 1.0) < 0.05:
                 what = (
-                    f"qd{k + 1} and the slope of q{k + 1} differ by {factor:.3g}: {degrees} "
-                    f"looks like degrees and {rad} like radians"
+                    f"qd{k + 1} and the slope of q{k + 1} differ by {factor:.3g}: "
+                    f"{columns[degrees]} looks like degrees and {columns[1 - degrees]} like radians"
                 )
                 refuse(what, f"{accepted}with the units of both, such as --unit {units}")
+
+
+def _has_values(role: str, x: FloatArray) -> bool:
+    """Return whether a column such as qs (N, n) has values; refuse incomplete ones of a joint."""
+    bad = np.count_nonzero(~np.isfinite(x), axis=0)
+    absent = np.isnan(x).all(axis=0)
+    for j in np.flatnonzero((bad > 0) & ~absent):
+        what = f"column {role}{j + 1}: {bad[j]} values are missing or not finite"
+        refuse(what, "rad (m) in every sample")
+    return not absent.all()
