@@ -19,6 +19,7 @@ from oracles.transforms import Arm
 
 import symgen
 from symgen import Limits, Motion, Robot, Search, SymgenWarning, parse_robot
+from symgen.estimation.system import Equations, Extent, Rows
 from symgen.experiment.plan import Plan
 from symgen.runtime import build
 from symgen.symbolic.base_parameters import BaseParameter
@@ -117,3 +118,16 @@ def heeds_ctrl_c() -> None:
 def messages(err: str) -> list[str]:
     """Return the lines of stderr that are no progress, which is indented."""
     return [line for line in err.splitlines() if not line.startswith("  ")]
+
+
+def rows_of(names: Sequence[str], *parts: Equations) -> Rows:
+    """The equations of one joint in several logs as one value."""
+    channels = {}
+    for key in ("W", "y", "Z", "features"):
+        if all(getattr(e, key) is not None for e in parts):
+            channels[key] = np.concatenate([getattr(e, key)[:, None] for e in parts])
+    extents = tuple(Extent(e.rows, e.correlation) for e in parts)
+    weight = np.ones_like(channels["y"])
+    energy = parts[0].joint is None
+    t = 0.01 * np.arange(len(weight))
+    return Rows(tuple(names), t=t, weight=weight, extents=extents, energy=energy, **channels)

@@ -31,7 +31,7 @@ from symgen.hypotheses.judged import Judged
 from symgen.hypotheses.registry import SearchResult
 from symgen.identification.estimate import Estimate
 from symgen.identification.settle import NO_ROBOT
-from symgen.identification.solving import system_of
+from symgen.identification.solving import rows_of
 from symgen.identification.workflow import Identified, Solved
 from symgen.policy import BEYOND, WORSE
 from symgen.robot.types import Robot
@@ -235,8 +235,7 @@ class _Refits:
     @classmethod
     def of(cls, last: Solved) -> _Refits:
         """Return the refits of an identification, with the weights of its solution."""
-        evaluator = last.campaign.evaluator
-        parts = summaries(system_of(evaluator, last.chosen.best.train))
+        parts = summaries(rows_of(last.chosen.best.train).parts)
         weights = residual_weights(parts, last.outcome.settled.solution.X)
         factor = weighted_triangle((s.factor for s in parts), weights)
         return cls(last, factor, shortest(factor))

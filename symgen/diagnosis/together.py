@@ -7,16 +7,15 @@ searched constants. With fixed parameters it is the only fit.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import Wls
 from symgen.estimation.features import features_of
-from symgen.estimation.filtered_log import FilteredLog, kept_spans
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import Solution
-from symgen.estimation.system import Equations, LinearSystem, joint_equations
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.confirm import settled
@@ -24,11 +23,9 @@ from symgen.hypotheses.effects import Score
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import slopes
 from symgen.hypotheses.registry import SearchResult
-from symgen.hypotheses.rows import Rows, with_rests
+from symgen.hypotheses.rows import FittedRows, rest_weights
 from symgen.hypotheses.score import dense
 from symgen.robot.types import Robot
-
-_CORRELATION = 2  # number of correlated rows that count as one, at four rows a period
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,20 +108,12 @@ def fit_together(result: SearchResult) -> Together:
     return Together(problem, known, values)
 
 
-def _solve(problem: Problem, rows: Rows) -> Solution | None:
+def _solve(problem: Problem, rows: FittedRows) -> Solution | None:
     """Solve rows for parameters and standard deviations; None if the rows do not determine them."""
     known = features_of(rows.logs, problem.robot.sigma)
-    rested = with_rests(rows)
-    out: list[Equations] = []
-    for log, at in zip(rows.logs, kept_spans(rows.logs), strict=True):
-        W = rows.W[at].transpose(1, 0, 2)
-        random = known.in_band(log.unmasked.modelled).transpose(1, 0, 2)
-        free = rested.moves[at] > 0
-        out += joint_equations(
-            log, W, rows.y[at], log.compared_t, _CORRELATION, random, log.resting, free
-        )
-    names = tuple(map(str, range(rows.W.shape[2])))
+    features = [known.in_band(log.unmasked.modelled) for log in rows.logs]
+    weighted = replace(rows, weight=rest_weights(rows), features=np.concatenate(features))
     try:
-        return Wls().solve(LinearSystem(names, tuple(out))) if names else None
+        return Wls().solve(weighted) if rows.names else None
     except IdentificationError:  # the declared model absorbs a coefficient
         return None

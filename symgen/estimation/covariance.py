@@ -21,7 +21,7 @@ from symgen.estimation.values import FloatArray
 
 def scores(e: Equations, X: FloatArray, weight: float = 1.0) -> FloatArray:
     """Return the scores w^2 (y - W X) W, (K, p), of rows with one weight w."""
-    return np.asarray(weight**2 * (e.y - e.W @ X)[:, None] * e.W)
+    return np.asarray(weight**2 * e.residual(X)[:, None] * e.W)
 
 
 def bartlett(scores: FloatArray, lag: int) -> FloatArray:

@@ -39,7 +39,7 @@ from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.masking import require_equations
 from symgen.estimation.solve import PASSES
 from symgen.estimation.summary import BLOCKS, block_errors, block_summary
-from symgen.estimation.system import Equations, torque_equations
+from symgen.estimation.system import Rows, join, torque_equations
 from symgen.estimation.values import FloatArray
 from symgen.parallel import in_order
 from symgen.policy import ROUNDING
@@ -72,19 +72,22 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
     """
     if band.rests is None:
         return band
-    equations = [torque_equations(evaluator, filter_log(s, band)) for s in logs]
-    weight = [_LEAST] * len(equations[0])  # joints in motion determine X before joints at rest do
+    filtered = [filter_log(s, band) for s in logs]
+    equations = [torque_equations(evaluator, log) for log in filtered]
+    rows = join(equations)
+    rest = np.concatenate([
+        np.zeros(e.y.shape, dtype=bool) if log.resting is None else log.resting
+        for e, log in zip(equations, filtered, strict=True)
+    ])  # fmt: skip
+    weight = np.full(rest.shape[1], _LEAST)  # joints in motion determine X before joints at rest do
     for _ in range(PASSES):
-        equations = [
-            tuple(e.with_rest_weight(w) for e, w in zip(log, weight, strict=True))
-            for log in equations
-        ]
-        X = block_summary(equations).fit()
-        for j, joint in enumerate(zip(*equations, strict=True)):
-            error = np.concatenate([(e.y - e.W @ X) / e.scale for e in joint])
-            rest = [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in joint]
-            weight[j] = rest_weight(error, np.concatenate(rest))
-    return replace(band, rests=replace(band.rests, weight=tuple(weight)))
+        weights = np.where(rest, weight, 1.0) * (rows.weight > 0)
+        parts = zip(equations, rows.spans, strict=True)
+        X = block_summary([replace(e, weight=weights[at]) for e, at in parts]).fit()
+        error = rows.y - rows.W @ X
+        for j, used in enumerate(rows.weight.T > 0):
+            weight[j] = rest_weight(error[used, j], rest[used, j])
+    return replace(band, rests=replace(band.rests, weight=tuple(weight.tolist())))
 
 
 def rest_weight(error: FloatArray, rest: Bools) -> float:
@@ -222,7 +225,7 @@ def _errors(
     Each block of time is predicted by a fit without its fold. Bands may differ in their speeds
     only.
     """
-    parts: list[list[tuple[Equations, ...]]] = [[] for _ in bands]
+    parts: list[list[Rows]] = [[] for _ in bands]
     for s, torque in zip(logs, measured, strict=True):
         q = None
         for out, band in reversed(list(zip(parts, bands, strict=True))):  # derived speeds first

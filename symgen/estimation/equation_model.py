@@ -13,7 +13,7 @@ from symgen.codegen.model import Model
 from symgen.errors import IdentificationError
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.system import Equations, torque_equations, window_equations
+from symgen.estimation.system import Rows, torque_equations, window_equations
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -84,7 +84,7 @@ class EquationModel:
         """Time in s that an equation reaches back."""
         return 0.0 if self.name == "torque" else self.window
 
-    def equations(self, evaluator: Evaluator, log: FilteredLog) -> tuple[Equations, ...]:
+    def equations(self, evaluator: Evaluator, log: FilteredLog) -> Rows:
         """Build the equations of one log."""
         if self.name == "torque":
             at = None if self.at is None else np.array(self.at)

@@ -1,11 +1,12 @@
 """The estimators: least squares and related methods.
 
-Every estimator is a frozen value with a name and a method `solve` from a LinearSystem to a
-Solution. `excludes` names what its standard deviations do not contain.
+Every estimator is a frozen value with a name and a method `solve` from Rows to a Solution.
+`excludes` names what its standard deviations do not contain.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -29,7 +30,7 @@ from symgen.estimation.solve import (
     weighted_triangle,
 )
 from symgen.estimation.summary import bounded_deviation, summaries
-from symgen.estimation.system import LinearSystem
+from symgen.estimation.system import Equations, Rows
 from symgen.estimation.values import FloatArray
 
 NOISE_BIAS = (
@@ -44,7 +45,7 @@ class Estimator(Protocol):
     name: ClassVar[str]
     excludes: ClassVar[str]
 
-    def solve(self, system: LinearSystem) -> Solution:
+    def solve(self, rows: Rows) -> Solution:
         """Solve y = W X.
 
         Raises:
@@ -59,9 +60,9 @@ class Ols:
     name: ClassVar[str] = "ols"
     excludes: ClassVar[str] = NOISE_BIAS
 
-    def solve(self, system: LinearSystem) -> Solution:
+    def solve(self, rows: Rows) -> Solution:
         """Solve by QR of [W y], log by log."""
-        return weighted_least_squares(system, 0)
+        return weighted_least_squares(rows, 0)
 
 
 @dataclass(frozen=True)
@@ -75,9 +76,9 @@ class Wls:
     name: ClassVar[str] = "wls"
     excludes: ClassVar[str] = NOISE_BIAS
 
-    def solve(self, system: LinearSystem) -> Solution:
+    def solve(self, rows: Rows) -> Solution:
         """Solve by QR of [W y], log by log; the weights are iterated on the factors."""
-        return weighted_least_squares(system)
+        return weighted_least_squares(rows)
 
 
 @dataclass(frozen=True)
@@ -102,38 +103,48 @@ class Huber:
     name: ClassVar[str] = "huber"
     excludes: ClassVar[str] = NOISE_BIAS
 
-    def solve(self, system: LinearSystem) -> Solution:
+    def solve(self, rows: Rows) -> Solution:
         """Solve by QR of the reweighted rows."""
-        X = weighted_least_squares(system).X
-        even = np.ones(len(system.logs))
+        X = weighted_least_squares(rows).X
+        equations, names = rows.parts, rows.names
+        even = np.ones(len(equations))
         for _ in range(self.passes):
             before = X
-            rows, _ = self._weights(system, X)
-            parts = summaries(system.weighed(rows))
-            X, scale, R = merged((s.factor for s in parts), even, system.names)
+            weights, _ = self._weights(equations, X)
+            parts = summaries(_weighed(equations, weights))
+            X, scale, R = merged((s.factor for s in parts), even, names)
             moved = np.linalg.norm(R @ (scale * (X - before)))
             if moved <= self.tolerance * np.linalg.norm(R @ (scale * X)):
                 break
-        rows, inverse = self._weights(system, X)
-        inside = [w == v for w, v in zip(rows, inverse, strict=True)]
-        kept = summaries(system.weighed([v * i for v, i in zip(inverse, inside, strict=True)]))
-        bread = inverse_information(*merged((s.factor for s in kept), even, system.names)[1:])
-        meat = sum_of_scores(system.weighed(rows), kept, even, X)
+        weights, inverse = self._weights(equations, X)
+        inside = [w == v for w, v in zip(weights, inverse, strict=True)]
+        within = [v * i for v, i in zip(inverse, inside, strict=True)]
+        kept = summaries(_weighed(equations, within))
+        bread = inverse_information(*merged((s.factor for s in kept), even, names)[1:])
+        meat = sum_of_scores(_weighed(equations, weights), kept, even, X)
         covariances = robust_covariance(X, bread, meat, kept, even)
         beyond = 1 - np.mean(np.concatenate(inside))
         note = f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less"
         return Solution(X, *covariances, condition(R), tuple(map(float, inverse)), (note,))
 
-    def _weights(self, system: LinearSystem, X: FloatArray) -> tuple[list[FloatArray], FloatArray]:
-        """Return the weight of every row, (K,) a log, and 1/s of the logs."""
-        errors = [np.abs(e.y - e.W @ X) for e in system.logs]
+    def _weights(
+        self, equations: Sequence[Equations], X: FloatArray
+    ) -> tuple[list[FloatArray], FloatArray]:
+        """Return the weight of every row, (k,) a log, and 1/s of the logs."""
+        errors = [np.abs(e.residual(X)) for e in equations]
         sigma = np.array([np.median(e) for e in errors]) * NORMAL
-        squares = np.array([e.square for e in system.logs])
+        squares = np.array([e.square for e in equations])
         inverse = inverse_deviation(bounded_deviation(sigma, squares))
-        rows = []
+        weights = []
         for e, v in zip(errors, inverse, strict=True):
-            rows.append(v * np.sqrt(self.threshold / np.maximum(v * e, self.threshold)))
-        return rows, inverse
+            weights.append(v * np.sqrt(self.threshold / np.maximum(v * e, self.threshold)))
+        return weights, inverse
+
+
+def _weighed(equations: Sequence[Equations], weights: Sequence[FloatArray]) -> Iterator[Equations]:
+    """Yield equations multiplied by the weights of their rows."""
+    for e, weight in zip(equations, weights, strict=True):
+        yield e.weighed(weight)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,15 +166,15 @@ class Prior:
     name: ClassVar[str] = "prior"
     excludes: ClassVar[str] = NOISE_BIAS + "; errors of the prior beyond its std"
 
-    def solve(self, system: LinearSystem) -> Solution:
+    def solve(self, rows: Rows) -> Solution:
         """Solve by QR of the rows and the prior below them."""
-        require_rows(system)
-        if self.mean.shape != (len(system.names),) or self.std.shape != self.mean.shape:
-            raise IdentificationError(f"the prior is not one of {len(system.names)} parameters")
+        require_rows(rows)
+        if self.mean.shape != (len(rows.names),) or self.std.shape != self.mean.shape:
+            raise IdentificationError(f"the prior is not one of {len(rows.names)} parameters")
         if not (np.isfinite(self.mean).all() and (self.std > 0).all()):
             raise IdentificationError("the prior's means are not finite, or a std is not above 0")
         prior_rows = np.column_stack([np.diag(1 / self.std), self.mean / self.std])
-        return weighted_least_squares(system, prior=prior_rows)
+        return weighted_least_squares(rows, prior=prior_rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,23 +204,23 @@ class TotalLeastSquares:
         "correlated"
     )
 
-    def solve(self, system: LinearSystem) -> Solution:
+    def solve(self, rows: Rows) -> Solution:
         """Solve by QR and SVD of [W y], with the log weights of weighted least squares."""
-        require_rows(system)
-        p = len(system.names)
-        parts = summaries(system)
-        weights, (_, scale, _) = log_weights(parts, system.names)
+        require_rows(rows)
+        p, equations = len(rows.names), rows.parts
+        parts = summaries(equations)
+        weights, (_, scale, _) = log_weights(parts, rows.names)
         factor = weighted_triangle((s.factor for s in parts), weights)
         noise = self._noise(scale, float(np.linalg.norm(factor[:, p])), p)
         X = _orthogonal(factor, noise)
         C = noise**2
         growth = 1 + float(C @ X**2)
-        errors = [w * (e.y - e.W @ X) for w, e in zip(weights, system.logs, strict=True)]
-        scores = [
-            x[:, None] * (w * e.W + np.outer(x, C * X / growth))
-            for x, w, e in zip(errors, weights, system.logs, strict=True)
-        ]
-        rss = sum(float(x @ x) for x in errors)
+        scores, rss = [], 0.0
+        for w, e in zip(weights, equations, strict=True):
+            error = w * e.residual(X)
+            nearest = w * e.W + np.outer(error, C * X / growth)
+            scores.append(error[:, None] * nearest)
+            rss += float(error @ error)
         information = factor[:p, :p].T @ factor[:p, :p] - rss / growth * np.diag(C)
         unit = np.outer(scale, scale)
         values = np.linalg.eigvalsh(information / unit)

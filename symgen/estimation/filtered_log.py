@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -232,6 +232,16 @@ class FilteredLog:
         reach = round(_REST_REACHES / (self.band.comparison_hz * self.step))
         return np.column_stack([touched(joint, reach)[self.kept] for joint in self.at_rest.T])
 
+    def rest_weight(self, resting: Bools | None) -> FloatArray:
+        """Return the weight of rows: that of the band where a rest of the joint affects them.
+
+        Args:
+            resting: (K, n) whether a rest affects a row; None, for a weight of one, without rests.
+        """
+        if resting is None or self.band.rests is None:
+            return np.ones((1, self.q.shape[1]))
+        return np.where(resting, self.band.rests.weight, 1.0)
+
     @cached_property
     def clear(self) -> Bools:
         """Whether a sample is a period of the comparison band away from the mask, (N, n)."""
@@ -257,8 +267,13 @@ class FilteredLog:
 
 def kept_spans(logs: Sequence[FilteredLog]) -> list[slice]:
     """Return the span of each log among the kept samples of all logs."""
-    ends = np.cumsum([0, *(len(log.kept) for log in logs)])
-    return [slice(a, b) for a, b in itertools.pairwise(map(int, ends))]
+    return spans_of(len(log.kept) for log in logs)
+
+
+def spans_of(counts: Iterable[int]) -> list[slice]:
+    """Return the places of parts of some lengths, one after the other."""
+    ends = itertools.accumulate(counts, initial=0)
+    return [slice(*edges) for edges in itertools.pairwise(ends)]
 
 
 def _weighed(x: FloatArray, weight: FloatArray) -> FloatArray:

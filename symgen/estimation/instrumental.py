@@ -15,7 +15,9 @@ W that Z does not explain helps to explain y (Hausman 1978; Davidson and MacKinn
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -31,13 +33,14 @@ from symgen.estimation.solve import (
     merged,
     require_rows,
     residual_weights,
+    reweighted,
     sum_of_scores,
     undetermined,
     weighted_least_squares,
     weighted_triangle,
 )
 from symgen.estimation.summary import summaries, triangle
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import Equations, Rows
 from symgen.estimation.torque_error import percent
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 from symgen.policy import BEYOND, KNOWN
@@ -72,33 +75,36 @@ class InstrumentalVariables:
         "errors of the model"
     )
 
-    def solve(self, system: LinearSystem) -> Solution:
-        """Solve y = W X with the instruments of the equations, Z of every log.
+    def solve(self, rows: Rows) -> Solution:
+        """Solve y = W X with the instruments of the rows.
 
         Raises:
             IdentificationError: there are no instruments, or they do not follow the regressor.
         """
-        require_rows(system)
-        if any(e.Z is None for e in system.logs):
+        require_rows(rows)
+        if rows.Z is None:
             raise IdentificationError(
                 "method iv needs instruments; accepted: logs with measured speeds qd, whose "
                 "instruments come from the encoders, or the commanded motion of every log"
             )
-        least = self.least or weighted_least_squares(system)
-        weights: FloatArray = np.array(least.weights)
-        reduced, parts = _Reduced.of(system, weights), summaries(system)
-        for _ in range(PASSES if len(parts) > 1 else 0):
-            weights = residual_weights(parts, reduced.X)
-            reduced = _Reduced.of(system, weights)
+        least = self.least or weighted_least_squares(rows)
+        equations, names = rows.parts, rows.names
+        parts = summaries(equations)
+        weights, reduced = reweighted(
+            partial(_Reduced.of, equations, names),
+            lambda x: residual_weights(parts, x.X),
+            np.array(least.weights),
+            PASSES if len(parts) > 1 else 0,
+        )
         X, A = reduced.X, reduced.Rz.T @ reduced.Rzw
         bread = np.linalg.inv(A) / np.outer(reduced.scale, reduced.size)
-        rows, crosses = [], []
-        for e, w in zip(system.logs, weights, strict=True):
+        scores, crosses = [], []
+        for e, w in zip(equations, weights, strict=True):
             Z, F = _z(e), np.zeros((len(e.y), 0)) if e.features is None else e.features
-            rows.append(w**2 * (e.y - e.W @ X)[:, None] * Z)
+            scores.append(w**2 * e.residual(X)[:, None] * Z)
             crosses.append(Z.T @ np.hstack([Z, F]))
-        meat = summed_scores(rows, parts)
-        test = durbin_wu_hausman(system, weights)
+        meat = summed_scores(scores, parts)
+        test = durbin_wu_hausman(rows, weights)
         notes = [] if test is not None else [_UNTESTED]
         if reduced.shared < _WEAK:
             notes.append(
@@ -112,7 +118,7 @@ class InstrumentalVariables:
             tuple(map(float, weights)),
             tuple(notes),
             () if test is None else (test,),
-            (OtherEstimate.by("wls", system.names, least.X, least.std),),
+            (OtherEstimate.by("wls", names, least.X, least.std),),
         )
 
 
@@ -143,10 +149,12 @@ class _Reduced:
     shared: float
 
     @classmethod
-    def of(cls, system: LinearSystem, weights: FloatArray) -> _Reduced:
+    def of(
+        cls, equations: Sequence[Equations], names: tuple[str, ...], weights: FloatArray
+    ) -> _Reduced:
         """Reduce equations with instruments, one weight a log."""
-        p, names = len(system.names), system.names
-        rows = (triangle(np.column_stack([_z(e), e.W, e.y])) for e in system.logs)
+        p = len(names)
+        rows = (triangle(np.column_stack([_z(e), e.W, e.y])) for e in equations)
         R = weighted_triangle(rows, weights)
         norms = column_norms(R[:, : 2 * p])
         R[:, : 2 * p] /= norms
@@ -166,21 +174,22 @@ class _Reduced:
         return cls(X, norms[:p], norms[p:], Rz, Rzw, Rv, shared)
 
 
-def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> Endogeneity | None:
+def durbin_wu_hausman(rows: Rows, weights: FloatArray) -> Endogeneity | None:
     """Test whether least squares is biased.
 
     F is the Wald statistic of d = 0 over its degrees of freedom, with the covariance that is robust
     to correlated residuals.
 
     Args:
-        system: equations with instruments.
-        weights: one a log.
+        rows: rows with instruments.
+        weights: one for each log and joint.
 
     Returns:
         The test; None if the instruments explain every column, or if the logs contain too few
         equations.
     """
-    reduced, p = _Reduced.of(system, weights), len(system.names)
+    equations, names, p = rows.parts, rows.names, len(rows.names)
+    reduced = _Reduced.of(equations, names, weights)
     # V = (W - Z explained) / scale, in an orthonormal basis of its columns
     explained = np.linalg.solve(reduced.Rz * reduced.size, reduced.Rzw * reduced.scale)
     _, singular, turn = np.linalg.svd(reduced.Rv)
@@ -189,17 +198,17 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> Endogeneity 
     extra = basis.shape[1]
     if extra == 0:
         return None
-    rows = []
-    for e, w in zip(system.logs, weights, strict=True):
+    augmented = []
+    for e, w in zip(equations, weights, strict=True):
         V = (e.W - _z(e) @ explained) @ basis
-        rows.append(replace(e, W=w * np.column_stack([e.W, V]), y=w * e.y, Z=None, features=None))
-    augmented = LinearSystem((*system.names, *["d"] * extra), tuple(rows))
-    parts, even = summaries(augmented), np.ones(len(rows))
+        W = w * np.column_stack([e.W, V])
+        augmented.append(Equations(W, w * e.y, e.correlation, e.joint))
+    parts, even = summaries(augmented), np.ones(len(augmented))
     freedom = sum(s.independent for s in parts) - p - extra
     if freedom < 1:
         return None
     try:
-        X, scale, R = merged((s.factor for s in parts), even, augmented.names)
+        X, scale, R = merged((s.factor for s in parts), even, (*names, *["d"] * extra))
     except IdentificationError:
         return None
     meat = sum_of_scores(augmented, parts, even, X)
@@ -212,12 +221,12 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> Endogeneity 
 
 
 def bias_of_least_squares(
-    system: LinearSystem, solution: Solution, least: Solution | None = None
+    rows: Rows, solution: Solution, least: Solution | None = None
 ) -> tuple[Solution, str]:
     """Compare weighted least squares with instrumental variables, if there are instruments.
 
     Args:
-        system: the equations that were solved.
+        rows: the equations that were solved.
         solution: the solution by a method that treats the regressor as exact.
         least: weighted least squares of these equations, if already solved.
 
@@ -226,10 +235,10 @@ def bias_of_least_squares(
         contain, or "". Such a bias is significant, above 3 std, and above 5 % of a parameter that
         is known to 30 %.
     """
-    if any(e.Z is None for e in system.logs):
+    if rows.Z is None:
         return solution, ""
     try:
-        other = InstrumentalVariables(least).solve(system)
+        other = InstrumentalVariables(least).solve(rows)
     except IdentificationError:
         return replace(solution, notes=(*solution.notes, _UNTESTED)), ""
     spread, size = other.std, np.abs(other.X)
@@ -237,7 +246,7 @@ def bias_of_least_squares(
         solution,
         notes=(*solution.notes, *other.notes),
         endogeneity=other.endogeneity,
-        comparison=(*solution.comparison, OtherEstimate.by("iv", system.names, other.X, spread)),
+        comparison=(*solution.comparison, OtherEstimate.by("iv", rows.names, other.X, spread)),
     )
     plain = other.comparison[0]
     moves = np.abs(other.X - plain.X)
@@ -248,7 +257,7 @@ def bias_of_least_squares(
     if not certain or ratio[largest] <= BEYOND:
         return compared, ""
     return compared, (
-        f"plain least squares is biased by noise in the speeds: {system.names[largest]} by "
+        f"plain least squares is biased by noise in the speeds: {rows.names[largest]} by "
         f"{ratio[largest]:.2g} std, {percent(moves[largest] / size[largest])}; compare method iv"
     )
 

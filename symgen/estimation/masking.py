@@ -13,7 +13,7 @@ from symgen.data.signals import Samples
 from symgen.errors import LogError
 from symgen.estimation.band import rest_speeds
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.system import Equations
+from symgen.estimation.system import Rows
 from symgen.robot.types import Robot
 
 
@@ -74,18 +74,17 @@ def _shares(flags: Bools, robot: Robot, what: str) -> str:
     return f"{what}: {counts or 'none'} of {len(flags)} samples"
 
 
-def require_equations(
-    log: FilteredLog | Samples, equations: Sequence[Equations], robot: Robot
-) -> None:
+def require_equations(log: FilteredLog | Samples, rows: Rows, robot: Robot) -> None:
     """Refuse a mask that covers nearly all samples.
 
     Raises:
         LogError: fewer than 10 equations of a joint, or of the energy, remain.
     """
-    for e in equations if log.mask is not None else ():
-        if len(e.y) < MIN_SAMPLES:
-            whose = "" if e.joint is None else f" of {robot.listed([e.joint])}"
+    counts = np.count_nonzero(rows.weight, axis=0)
+    for j, count in enumerate(counts.tolist() if log.mask is not None else ()):
+        if count < MIN_SAMPLES:
+            whose = "" if rows.energy else f" of {robot.listed([j])}"
             raise LogError(
-                f"{log.name}: --mask leaves {len(e.y)} equations{whose}; accepted: at least "
+                f"{log.name}: --mask leaves {count} equations{whose}; accepted: at least "
                 f"{MIN_SAMPLES}, so a shorter window, a higher cutoff, or no mask"
             )

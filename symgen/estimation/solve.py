@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from symgen.errors import IdentificationError, first_of
 from symgen.estimation.covariance import robust_covariance, scores, summed_scores
 from symgen.estimation.summary import Summary, bounded_deviation, summaries, triangle
-from symgen.estimation.system import LinearSystem
+from symgen.estimation.system import Equations, Rows
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
 #: Singular values of the scaled regressor below this share of the largest count as zero.
@@ -19,9 +19,10 @@ SINGULAR = 1e-8
 _SHORTEST = 1e-9  # the same for a search, which tests columns that may be dependent
 #: Passes in which the log weights follow the residuals.
 PASSES = 3
-_PASSES_OF_A_PRIOR = 20  # cheap, as it uses the factors
+_PASSES_OF_A_PRIOR = 19  # cheap, as it uses the factors
 #: X (p,), the norms of the columns (p,), and the factor R (p, p) of the scaled regressor.
 Merged = tuple[FloatArray, FloatArray, FloatArray]
+Solved = TypeVar("Solved")
 #: A parameter with a smaller share than this in an undetermined combination is not part of it.
 _SHARE = 1e-3
 
@@ -61,11 +62,11 @@ class Solution:
         return np.sqrt(np.maximum(np.diag(self.covariance), 0))
 
 
-def require_rows(system: LinearSystem) -> None:
-    """Raise IdentificationError if a system has no more equations than parameters."""
-    rows, p = sum(len(e.y) for e in system.logs), len(system.names)
-    if rows <= p:
-        raise IdentificationError(f"{rows} equations for {p} parameters: the log is too short")
+def require_rows(rows: Rows) -> None:
+    """Raise IdentificationError if there are no more equations than parameters."""
+    count, p = rows.count, len(rows.names)
+    if count <= p:
+        raise IdentificationError(f"{count} equations for {p} parameters: the log is too short")
 
 
 def weighted_triangle(parts: Iterable[FloatArray], weights: FloatArray) -> FloatArray:
@@ -97,6 +98,30 @@ def merged(parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, .
     return X, scale, R
 
 
+def reweighted(
+    solve: Callable[[FloatArray], Solved],
+    weigh: Callable[[Solved], FloatArray],
+    weights: FloatArray,
+    passes: int = PASSES,
+) -> tuple[FloatArray, Solved]:
+    """Solve least squares, and let the weights of its parts follow their residuals.
+
+    Args:
+        solve: returns the solution for weights, one a part.
+        weigh: returns the weights for a solution, such as `residual_weights`.
+        weights: the first weights.
+        passes: number of updates of the weights.
+
+    Returns:
+        The last weights, and the solution with them.
+    """
+    solved = solve(weights)
+    for _ in range(passes):
+        weights = weigh(solved)
+        solved = solve(weights)
+    return weights, solved
+
+
 def log_weights(
     parts: Sequence[Summary],
     names: tuple[str, ...],
@@ -104,6 +129,9 @@ def log_weights(
     prior: FloatArray | None = None,
 ) -> tuple[FloatArray, Merged]:
     """Return the log weights 1/sigma by iteration, with sigma the residual deviation of each log.
+
+    With a prior, the weights contain the number of rows that share samples, so that overlapping
+    windows do not outweigh it.
 
     Args:
         parts: the summaries of the logs; read once a pass.
@@ -114,40 +142,29 @@ def log_weights(
     Returns:
         The weights (1/sigma, one a log), and the result of `merged` with them.
     """
+    factors, shared = [s.factor for s in parts], np.ones(len(parts))
+    weights, rounds = np.ones(len(parts)), passes if len(parts) > 1 else 0
     if prior is not None:
-        return _weights_with_prior(parts, names, prior)
-    weights = np.ones(len(parts))
-    solved = merged((s.factor for s in parts), weights, names)
-    for _ in range(passes if len(parts) > 1 else 0):
-        weights = residual_weights(parts, solved[0])
-        solved = merged((s.factor for s in parts), weights, names)
-    return weights, solved
+        shared = np.sqrt([max(s.correlation, 1) for s in parts])
+        # the first deviation is that of y
+        weights = residual_weights(parts, np.zeros(len(names))) / shared
+        factors, rounds = [*factors, prior], _PASSES_OF_A_PRIOR
 
+    def solve(weights: FloatArray) -> Merged:
+        known = np.ones(len(factors) - len(parts))
+        return merged(factors, np.append(weights, known), names)
 
-def _weights_with_prior(
-    parts: Sequence[Summary], names: tuple[str, ...], prior: FloatArray
-) -> tuple[FloatArray, Merged]:
-    """Return the log weights and the solution with a prior.
-
-    The weights contain the number of rows that share samples, so that overlapping windows do not
-    outweigh the prior.
-    """
-    X = np.zeros(len(names))  # the first deviation is that of y
-    for _ in range(_PASSES_OF_A_PRIOR):
-        weights = residual_weights(parts, X) / np.sqrt([max(s.correlation, 1) for s in parts])
-        rows = [*(s.factor for s in parts), prior]
-        solved = merged(rows, np.append(weights, 1.0), names)
-        X = solved[0]
-    return weights, solved
+    return reweighted(solve, lambda x: residual_weights(parts, x[0]) / shared, weights, rounds)
 
 
 def shortest_weights(parts: Sequence[Summary]) -> FloatArray:
     """Return the log weights 1/sigma, as `log_weights`, of the shortest solution."""
-    weights = np.ones(len(parts))
-    for _ in range(PASSES + 1):
-        X = shortest(weighted_triangle((s.factor for s in parts), weights))
-        weights = residual_weights(parts, X)
-    return weights
+
+    def solve(weights: FloatArray) -> FloatArray:
+        return shortest(weighted_triangle((s.factor for s in parts), weights))
+
+    _, X = reweighted(solve, lambda X: residual_weights(parts, X), np.ones(len(parts)))
+    return residual_weights(parts, X)
 
 
 def shortest(rows: FloatArray) -> FloatArray:
@@ -209,45 +226,32 @@ def least_squares_solution(
 
 
 def sum_of_scores(
-    system: LinearSystem, parts: Sequence[Summary], weights: FloatArray, X: FloatArray
+    equations: Iterable[Equations], parts: Sequence[Summary], weights: FloatArray, X: FloatArray
 ) -> FloatArray:
     """Return the `summed_scores` of weighted least squares, (p, p)."""
-    pairs = zip(weights, system.logs, strict=True)
+    pairs = zip(weights, equations, strict=True)
     return summed_scores((scores(e, X, w) for w, e in pairs), parts)
 
 
 def weighted_least_squares(
-    system: LinearSystem, passes: int = PASSES, prior: FloatArray | None = None
+    rows: Rows, passes: int = PASSES, prior: FloatArray | None = None
 ) -> Solution:
     """Solve by QR of [W y], log by log; the weights are iterated on the factors.
 
     Args:
-        system: the equations.
+        rows: the equations.
         passes, prior: as in `log_weights`.
 
     Raises:
         IdentificationError: the data do not determine the parameters.
     """
     if prior is None:
-        require_rows(system)
-    parts = summaries(system)
-    weights, solved = log_weights(parts, system.names, passes, prior)
-    meat = sum_of_scores(system, parts, weights, solved[0])
+        require_rows(rows)
+    equations = rows.parts
+    parts = summaries(equations)
+    weights, solved = log_weights(parts, rows.names, passes, prior)
+    meat = sum_of_scores(equations, parts, weights, solved[0])
     return least_squares_solution(parts, weights, solved, meat, prior)
-
-
-def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
-    """Return the least-squares estimate with a weight for every row.
-
-    Args:
-        system: the equations.
-        weights: weights of the residuals, (K,) a log.
-
-    Raises:
-        IdentificationError: the data do not determine the parameters.
-    """
-    means = tuple(float(np.mean(w)) for w in weights)
-    return replace(weighted_least_squares(system.weighed(weights), 0), weights=means)
 
 
 def condition(R: FloatArray) -> float:

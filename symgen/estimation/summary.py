@@ -15,14 +15,14 @@ block follow from the products alone.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symgen.data.raw import Places
 from symgen.errors import IdentificationError
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import Equations, Rows
 from symgen.estimation.values import FloatArray
 
 #: Bartlett's weights end after this multiple of the number of overlapping rows.
@@ -83,9 +83,9 @@ def summarise(e: Equations) -> Summary:
     return Summary(factor, len(e.y), e.correlation, e.joint, features)
 
 
-def summaries(system: LinearSystem) -> list[Summary]:
-    """Return the summary of every log."""
-    return [summarise(e) for e in system.logs]
+def summaries(equations: Iterable[Equations]) -> list[Summary]:
+    """Return the summary of the equations of each log and joint."""
+    return [summarise(e) for e in equations]
 
 
 def merge_summaries(parts: Sequence[Summary]) -> Summary:
@@ -211,40 +211,43 @@ def residual_squares(grams: FloatArray, X: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(np.einsum("a,jab,b->j", v, grams, v), 0.0))
 
 
-def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Blocks:
+def block_summary(logs: Sequence[Rows], reach: float = 0.0) -> Blocks:
     """Summarise equations by blocks of the total training time.
 
     A row belongs to the block in which it ends. If it begins in another fold, it is left out.
 
     Args:
-        logs: the equations of every log, joint by joint, rows in the order of time.
+        logs: the rows of each log, in the order of time.
         reach: time in s that an equation reaches back.
 
     Raises:
-        IdentificationError: a log has no equation.
+        IdentificationError: a joint has no equation in a log.
     """
-    if not all(len(e.t) for log in logs for e in log):
+    if not all(log.weight.any(axis=0).all() for log in logs):
         raise IdentificationError("a log is too short for any equation")
-    spans = [(min(e.t[0] for e in log), max(e.t[-1] for e in log)) for log in logs]
-    total = sum(end - start for start, end in spans) or 1.0
-    m, width = len(logs[0]), logs[0][0].W.shape[1] + 1
+    times = [log.t[log.weight.any(axis=1)] for log in logs]
+    total = sum(t[-1] - t[0] for t in times) or 1.0
+    m, width = logs[0].y.shape[1], len(logs[0].names) + 1
     grams, count = np.zeros((BLOCKS, m, width, width)), np.zeros((BLOCKS, m))
     before = 0.0
-    for log, (start, end) in zip(logs, spans, strict=True):
-        for j, e in enumerate(log):
-            place = (before + e.t - start) / total  # 0 .. 1
-            first, last = (
-                np.clip((x * BLOCKS).astype(int), 0, BLOCKS - 1)
-                for x in (place - reach / total, place)
-            )
-            rows = np.column_stack([e.W, e.y])
-            for b in np.unique(last):
-                begin = max(np.searchsorted(first, b - b % _A_FOLD), np.searchsorted(last, b))
-                inside = rows[begin : np.searchsorted(last, b, side="right")]
-                grams[b, j] += inside.T @ inside
-                count[b, j] += len(inside)
-        before += end - start
+    for log, t in zip(logs, times, strict=True):
+        place = (before + log.t - t[0]) / total  # 0 .. 1
+        first, last = (_block(x) for x in (place - reach / total, place))
+        for b in np.unique(last):
+            begin = max(np.searchsorted(first, b - b % _A_FOLD), np.searchsorted(last, b))
+            inside = slice(begin, np.searchsorted(last, b, side="right"))
+            weight = log.weight[inside]
+            rows = np.concatenate([log.W[inside], log.y[inside, :, None]], axis=2)
+            rows = (rows * weight[:, :, None]).swapaxes(0, 1)
+            grams[b] += rows.swapaxes(1, 2) @ rows
+            count[b] += np.count_nonzero(weight, axis=0)
+        before += t[-1] - t[0]
     return Blocks(grams, count)
+
+
+def _block(place: FloatArray) -> Places:
+    """Return the block of rows, for their places in the total time, 0 .. 1."""
+    return np.asarray(np.clip((place * BLOCKS).astype(int), 0, BLOCKS - 1))
 
 
 def block_errors(equations: Blocks, torques: Blocks) -> FloatArray:

@@ -18,9 +18,10 @@ nodes. Only the rows that an estimator needs are kept, some tens a second.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,34 +29,38 @@ from symgen.data.mask import Bools, untouched
 from symgen.data.raw import Places
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.features import Features
-from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog, spans_of
 from symgen.estimation.integrals import over_windows
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import place_windows, window_rows
 from symgen.runtime.evaluator import Evaluator
 
 
+class Extent(NamedTuple):
+    """Number of times of a log, and of rows that share samples; 0 if they are no time series."""
+
+    times: int
+    correlation: int
+
+
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """Equations of one log: W (K, p), y (K,), t (K,) end of each window (or the sample) in s.
+    """The weighted equations y = W X of one joint in one log, without those of zero weight.
 
-    `correlation` is the number of rows that share samples (overlapping windows). It is 0 for rows
-    that are no time series, such as static poses. `joint` is the position of the joint, None for
-    energy. y is in J, N m s or N m. `Z` are instruments, (K, p): the same rows along a motion
-    without the noise in W. `rest` (K,) marks the rows that a rest of the joint affects. Their W and
-    y are multiplied by `rest_weight`. `features` are random functions of the state along the same
-    rows, (K, m), see `features.py`; None if the misfit is not estimated.
+    Attributes:
+        W: (k, p).
+        y: (k,).
+        correlation: number of rows that share samples, see `Extent`.
+        joint: position of the joint, None for energy.
+        Z: (k, p) instruments, or None.
+        features: (k, f) random functions of the state, or None.
     """
 
-    name: str
     W: FloatArray
     y: FloatArray
-    t: FloatArray
-    correlation: int
+    correlation: int = 1
     joint: int | None = None
     Z: FloatArray | None = None
-    rest: Bools | None = None
-    rest_weight: float = 1.0
     features: FloatArray | None = None
 
     @property
@@ -68,88 +73,103 @@ class Equations:
         """Sum of the squares of y."""
         return float(np.sum(self.y**2))
 
+    def residual(self, X: FloatArray) -> FloatArray:
+        """Return y - W X, (k,)."""
+        return np.asarray(self.y - self.W @ X)
+
     def rss(self, X: FloatArray) -> float:
         """Return the sum of the squares of y - W X."""
-        return float(np.sum((self.y - self.W @ X) ** 2))
-
-    @property
-    def scale(self) -> FloatArray:
-        """Factors of W and y in each row, (K,)."""
-        if self.rest is None:
-            return np.ones(len(self.y))
-        return np.where(self.rest, self.rest_weight, 1.0)
-
-    def with_rest_weight(self, weight: float) -> Equations:
-        """Return the equations with another weight of rows at rest."""
-        if self.rest is None or weight == self.rest_weight:
-            return self
-        change = np.where(self.rest, weight / self.rest_weight, 1.0)
-        return replace(self.weighed(change), rest_weight=weight)
-
-    def where(self, chosen: Bools | slice) -> Equations:
-        """Return the chosen rows."""
-        some: dict[str, Any] = {}
-        for key in ("W", "y", "t", "Z", "rest", "features"):
-            rows = getattr(self, key)
-            some[key] = None if rows is None else rows[chosen]
-        return replace(self, **some)
+        return float(np.sum(self.residual(X) ** 2))
 
     def weighed(self, weight: FloatArray) -> Equations:
-        """Return the equations with their rows multiplied by (K,) weights."""
+        """Return the equations multiplied by (k,) weights."""
         rows = weight[:, None]
         features = None if self.features is None else self.features * rows
         return replace(self, W=self.W * rows, y=self.y * weight, features=features)
 
 
 @dataclass(frozen=True, eq=False)
-class LinearSystem:
-    """The equations of every log and the names of the columns, as an estimator takes them."""
+class Rows:
+    """Equations y = W X of some logs: at K times, one row for each of m joints, or for energy.
+
+    Attributes:
+        names: (p,) names of the columns.
+        W: (K, m, p).
+        y: (K, m), in N m or N of a joint, N m s or N s, or J.
+        t: (K,) end of each window, or time of the sample, s.
+        weight: (K, m) weight of each residual. It is 0 where a mask excludes the row, and that of
+            the band where the joint rests.
+        extents: number of times of each log, in the order of the rows.
+        energy: whether the rows are those of energy.
+        Z: (K, m, p) instruments: the same rows along a motion without the noise in W.
+        features: (K, m, f) random functions of the state along the rows, see `features.py`; None if
+            the misfit is not estimated.
+    """
 
     names: tuple[str, ...]
-    logs: tuple[Equations, ...]
+    W: FloatArray
+    y: FloatArray
+    t: FloatArray
+    weight: FloatArray
+    extents: tuple[Extent, ...]
+    energy: bool = False
+    Z: FloatArray | None = None
+    features: FloatArray | None = None
 
     @property
-    def W(self) -> FloatArray:
-        """All regressor rows, (K, p)."""
-        return np.concatenate([e.W for e in self.logs])
+    def count(self) -> int:
+        """Number of rows with a weight."""
+        return int(np.count_nonzero(self.weight))
 
-    def weighed(self, weights: Sequence[FloatArray]) -> LinearSystem:
-        """Return the equations with their rows multiplied by weights, (K,) a log."""
-        pairs = zip(self.logs, weights, strict=True)
-        return replace(self, logs=tuple(e.weighed(w) for e, w in pairs))
+    @property
+    def spans(self) -> list[slice]:
+        """The place of each log."""
+        return spans_of(extent.times for extent in self.extents)
+
+    @property
+    def parts(self) -> list[Equations]:
+        """The equations of each log and joint."""
+        out = []
+        for at, extent in zip(self.spans, self.extents, strict=True):
+            out += [self.part(at, j, extent.correlation) for j in range(self.y.shape[1])]
+        return out
+
+    def part(self, at: slice, j: int, correlation: int = 1) -> Equations:
+        """Return the equations of one joint in a span of rows."""
+        weight = self.weight[at, j]
+        used = weight != 0
+
+        def of(x: FloatArray) -> FloatArray:
+            rows = x[at, j]
+            if (weight == 1).all():
+                return rows
+            factor = weight[used] if rows.ndim == 1 else weight[used, None]
+            return np.asarray(rows[used] * factor)
+
+        more = {key: of(x) for key in ("Z", "features") if (x := getattr(self, key)) is not None}
+        joint = None if self.energy else j
+        return Equations(of(self.W), of(self.y), correlation, joint, **more)
+
+    def with_regressor(self, W: FloatArray) -> Rows:
+        """Return the rows with another regressor, (K, m, p); numbers name its columns."""
+        return replace(self, names=tuple(map(str, range(W.shape[2]))), W=W)
+
+    def weighed(self, weight: FloatArray) -> Rows:
+        """Return the rows with their residuals multiplied by weights, (K, m) or (K, 1)."""
+        return replace(self, weight=self.weight * weight)
 
 
-def joint_equations(
-    log: FilteredLog,
-    W: FloatArray,
-    y: FloatArray,
-    t: FloatArray,
-    correlation: int,
-    features: FloatArray | None,
-    rests: Bools | None,
-    free: Bools | None,
-) -> tuple[Equations, ...]:
-    """Return equations from their rows, joint by joint.
-
-    Args:
-        log: the log of the rows.
-        W: (m, K, p).
-        y: (K, m).
-        t: (K,) times of the rows, s.
-        correlation: rows that share samples.
-        features: (m, K, f) random functions of the state, or None.
-        rests: (K, m) rows that a rest of their joint affects; None for none.
-        free: (K, m) rows that no mask touches; None for all.
-    """
-    out = []
-    for j, torque in enumerate(y.T):
-        F = None if features is None else features[j]
-        e = Equations(log.name, np.ascontiguousarray(W[j]), torque, t, correlation, j, features=F)
-        if rests is not None and rests[:, j].any():
-            assert log.band.rests is not None  # None only if no joint rests
-            e = replace(e, rest=rests[:, j]).with_rest_weight(log.band.rests.weight[j])
-        out.append(e if free is None else e.where(free[:, j]))
-    return tuple(out)
+def join(logs: Sequence[Rows]) -> Rows:
+    """Return the rows of several logs as one."""
+    first = logs[0]
+    if len(logs) == 1:
+        return first
+    joined: dict[str, Any] = {}
+    for key in ("W", "y", "t", "weight", "Z", "features"):
+        parts = [getattr(log, key) for log in logs]
+        joined[key] = None if any(x is None for x in parts) else np.concatenate(parts)
+    extents = tuple(itertools.chain.from_iterable(log.extents for log in logs))
+    return replace(first, extents=extents, **joined)
 
 
 def _energy_terms(
@@ -183,7 +203,7 @@ def window_equations(
     model: str,
     window: float,
     features: Features | None = None,
-) -> tuple[Equations, ...]:
+) -> Rows:
     """Build the equations of one log in sliding windows: one energy equation, or one for each
     joint.
 
@@ -210,20 +230,19 @@ def window_equations(
         return state, np.concatenate([rates, functions], axis=2)
 
     rows = window_rows(terms, *log.nodes(w.stride), w, log.step)
-    p = len(evaluator.model.base.names)
+    names = evaluator.model.base.names
     signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
     y = over_windows(signal, log.step, last, w.steps * w.stride)
-    F = None if features is None else rows[:, :, p:]
-    resting, free = None, None
+    weight = np.ones(y.shape)
     if log.at_rest is not None and not energy:
-        resting = ~_untouched(log.at_rest, first, last)
+        weight *= log.rest_weight(~_untouched(log.at_rest, first, last))
     if log.mask is not None:
         masked = log.mask.robot[:, None] if energy else log.mask.joint
-        free = _untouched(masked, first, last)
-    equations = joint_equations(
-        log, rows[:, :, :p], y, log.t[last], w.correlation, F, resting, free
-    )
-    return tuple(replace(e, joint=None) for e in equations) if energy else equations
+        weight *= _untouched(masked, first, last)
+    W, F = np.split(rows, [len(names)], axis=2)
+    extents = (Extent(len(y), w.correlation),)
+    known = F if features is not None else None
+    return Rows(names, W, y, log.t[last], weight, extents, energy, features=known)
 
 
 def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> FloatArray:
@@ -293,8 +312,8 @@ def torque_equations(
     X: FloatArray | None = None,
     features: Features | None = None,
     measured: FloatArray | None = None,
-) -> tuple[Equations, ...]:
-    """Build the torque equations of one log, joint by joint, in the comparison band.
+) -> Rows:
+    """Build the torque equations of one log in the comparison band.
 
     Args:
         evaluator, log, X: see `torque_rows`.
@@ -302,8 +321,9 @@ def torque_equations(
         measured: `log.measured`, (K, n), if already known from another cutoff.
     """
     y = log.measured if measured is None else measured
-    W = torque_rows(evaluator, log, X).transpose(1, 0, 2)
+    W = torque_rows(evaluator, log, X)
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
-    F = None if features is None else features.in_band(log.modelled).transpose(1, 0, 2)
-    free = None if log.mask is None else log.free
-    return joint_equations(log, W, y, log.compared_t, correlation, F, log.resting, free)
+    weight = log.rest_weight(log.resting) * log.free
+    F = None if features is None else features.in_band(log.modelled)
+    names, extents = evaluator.model.base.names[: W.shape[2]], (Extent(len(y), correlation),)
+    return Rows(names, W, y, log.compared_t, weight, extents, features=F)

@@ -77,7 +77,7 @@ def windows(step: float, stride: int, window: float) -> Windows:
 
 
 def window_rows(terms: Terms, q: FloatArray, qd: FloatArray, w: Windows, step: float) -> FloatArray:
-    """Return the changes of functions of a motion over windows plus integrals, (m, K, c).
+    """Return the changes of functions of a motion over windows plus integrals, (K, m, c).
 
         s(t2) - s(t1) + integral r dt,    with the a columns of s added to the first a of r
 
@@ -95,7 +95,7 @@ def window_rows(terms: Terms, q: FloatArray, qd: FloatArray, w: Windows, step: f
         rows = over_windows(rates, w.stride * step, at, w.steps)
         rows[:, :, : state.shape[2]] += state[at] - state[at - w.steps]
         parts.append(rows)
-    return np.ascontiguousarray(np.concatenate(parts).transpose(1, 0, 2))
+    return np.concatenate(parts)
 
 
 def _chunks(nodes: int, steps: int, hop: int) -> Iterator[Places]:

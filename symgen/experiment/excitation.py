@@ -23,7 +23,7 @@ from symgen.errors import IdentificationError, LogError, ParameterError
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.opening import HELD_OUT
-from symgen.estimation.system import Equations
+from symgen.estimation.system import Rows, join
 from symgen.experiment.bounds import (
     CELL,
     FINE,
@@ -141,20 +141,20 @@ class Checked:
 
 def _equations(
     evaluator: Evaluator, model: EquationModel, runs: Sequence[Trajectory], rate: float
-) -> list[Equations]:
+) -> Rows:
     """Return the equations that identify would build from runs sampled at `rate` Hz.
 
     Raises:
         IdentificationError: a window does not fit a run.
     """
-    out: list[Equations] = []
+    out = []
     for k, run in enumerate(runs, 1):
         t = run.times(1 / rate)
         q, qd = (read_only(run.at(t, order)) for order in range(2))
         step = float(t[1] - t[0])
         samples = Samples(f"run {k}", t, q, qd, np.zeros_like(q), step, None, ())
-        out += model.equations(evaluator, unfiltered(samples))
-    return out
+        out.append(model.equations(evaluator, unfiltered(samples)))
+    return join(out)
 
 
 def _checked(objective: Objective, best: MotionCandidate) -> Checked:
@@ -282,9 +282,9 @@ def excite(
         # Skip a model whose windows or filter do not fit these runs.
         with suppress(IdentificationError, LogError):
             rows = _equations(evaluator, other, checked.runs, motion.rate)
-            conditions[other.name] = condition_number(np.concatenate([e.W for e in rows]))
+            conditions[other.name] = condition_number(rows.W.reshape(-1, len(rows.names)))
             if other.name == model:
-                independent = sum(len(e.y) / e.correlation for e in rows)
+                independent = sum(e.rows / e.correlation for e in rows.parts)
     if not conditions[model] <= SINGULAR:
         raise _singular(source, model, checked, conditions[model])
     stopped = "done" if ended == search.searches else "budget"

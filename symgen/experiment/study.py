@@ -307,7 +307,7 @@ def _solved(
     if method.name == "iv":
         parts = [instrumented(evaluator, part, model, None) for part in parts]
     with suppress(IdentificationError, np.linalg.LinAlgError):
-        solution = solve_equations(evaluator, parts, method, model)
+        solution = solve_equations(parts, method, model)
         X = solution.X
         if method.is_bounded:
             X = nearest_possible(evaluator.model, X, solution.covariance).X

@@ -35,7 +35,7 @@ def held_squares(result: SearchResult, items: Sequence[Judged]) -> tuple[FloatAr
     stage, held = problem.stage(effects), problem.held_rows
     columns = problem.make_columns(held.logs, stage.X).each(s.cause for s in effects)
     W = np.concatenate([held.W, *(dense(c, held.y.shape) for c in columns)], axis=2)
-    weight = held.moves**2
+    weight = held.weight**2
     measured = np.concatenate([log.unmasked.measured for log in held.logs])
     error = np.sum(weight * (held.y - W @ stage.rows.X) ** 2, axis=0)
     size = np.sum(weight * measured**2, axis=0)

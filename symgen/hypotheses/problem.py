@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.codegen.model import derive, regrouping
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
-from symgen.estimation.system import torque_at
+from symgen.estimation.system import join, torque_at
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import with_earlier_torques
 from symgen.hypotheses.changes import Change
 from symgen.hypotheses.effects import LogColumns, Score, Torques
 from symgen.hypotheses.event import Contact
-from symgen.hypotheses.rows import Rows, fitted, make_rows, model_torque
+from symgen.hypotheses.rows import FittedRows, fitted, make_rows, model_torque
 from symgen.hypotheses.score import Key, PredictiveScore, motion_folds
 from symgen.policy import MISFIT
 from symgen.robot.expressions import exact
@@ -49,7 +49,7 @@ class Problem:
     """
 
     evaluator: Evaluator
-    base: Rows
+    base: FittedRows
     held: tuple[FilteredLog, ...]
     known: FloatArray | None
     misfit: float
@@ -77,7 +77,7 @@ class Problem:
         return self.base.X if self.known is None else self.known
 
     @cached_property
-    def held_rows(self) -> Rows:
+    def held_rows(self) -> FittedRows:
         """The rows of the model on the validation logs."""
         return make_rows(self.evaluator, self.held, self.known)
 
@@ -85,9 +85,7 @@ class Problem:
     def joined(self) -> Problem:
         """The problem of all logs: the validation logs come first and are a separate fold."""
         held = self.held_rows
-        W = np.concatenate([held.W, self.base.W])
-        y = np.concatenate([held.y, self.base.y])
-        base = fitted((*self.held, *self.logs), W, y)
+        base = fitted((*self.held, *self.logs), join([held, self.base]))
         fold_of_held = np.full(len(held.y), self.fold.max() + 1)
         return replace(self, base=base, held=(), fold=np.concatenate([fold_of_held, self.fold]))
 
@@ -113,7 +111,7 @@ class Problem:
             held = tuple(map(contact.cause.mask, held))
         if (logs, held) == (self.logs, self.held):
             return self
-        base = fitted(logs, self.base.W, self.base.y)
+        base = fitted(logs, self.base)
         return replace(self, base=base, held=held)
 
     def piece(self, seconds: float) -> Problem:
@@ -141,7 +139,7 @@ class Problem:
         own = regrouping(self.evaluator.model)[: self.base.W.shape[2], others]
         links = self._free + np.tensordot(change.gravity, self.pulls, 1)
         W = np.concatenate([links, self.base.W @ own], axis=2)
-        return replace(self, base=fitted(self.logs, W, self.base.y))
+        return replace(self, base=fitted(self.logs, self.base.with_regressor(W)))
 
     @cached_property
     def _free(self) -> FloatArray:
@@ -221,7 +219,7 @@ class Stage:
     effects: tuple[Score, ...]
 
     @cached_property
-    def rows(self) -> Rows:
+    def rows(self) -> FittedRows:
         """The rows of the model with the columns of the effects."""
         return self.problem.base.with_columns(s.columns for s in self.effects)
 
@@ -245,7 +243,7 @@ class Stage:
         """The score of further candidates, which are added to these effects."""
         rows, problem = self.rows, self.problem
         misfit = problem.misfit * problem.base.size
-        return PredictiveScore(rows.W, rows.residual, rows.moves, rows.sigma, problem.fold, misfit)
+        return PredictiveScore(rows.W, rows.residual, rows.weight, rows.sigma, problem.fold, misfit)
 
     @cached_property
     def log_columns(self) -> LogColumns:

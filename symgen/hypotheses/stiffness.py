@@ -15,12 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from symgen.data.signals import differentiate, lowpass
-from symgen.estimation.filtered_log import FilteredLog, kept_spans
+from symgen.estimation.estimators import Ols
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import passband
-from symgen.estimation.solve import weighed
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import Rows
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.rows import Rows
+from symgen.hypotheses.rows import FittedRows
 from symgen.policy import DEFLECTS
 
 NAME = "joint_elasticity"
@@ -54,7 +54,7 @@ def deflection(s: FilteredLog, j: int) -> FloatArray:
     return x if edge is None else lowpass(x, s.step, edge)
 
 
-def stiffnesses(evidence: Rows) -> list[Stiffness]:
+def stiffnesses(evidence: FittedRows) -> list[Stiffness]:
     """Return the stiffness of each joint that has a second encoder in all logs."""
     encoders = [log.samples.qs for log in evidence.logs]
     joints = []
@@ -64,19 +64,15 @@ def stiffnesses(evidence: Rows) -> list[Stiffness]:
     return [_stiffness(evidence, j) for j in joints]
 
 
-def _stiffness(evidence: Rows, j: int) -> Stiffness:
+def _stiffness(evidence: FittedRows, j: int) -> Stiffness:
     """Fit the torque balance of a motor by least squares."""
-    logs, moves = evidence.logs, evidence.moves[:, j] > 0
-    parts = []
-    for s, at in zip(logs, kept_spans(logs), strict=True):
-        moving = moves[at]
-        W, y = _columns(s, j)[moving], s.unmasked.measured[moving, j]
-        parts.append(Equations(s.name, W, y, s.compared_t[moving], 2, j))
-    system = LinearSystem(_NAMES, tuple(parts))
-    solution = weighed(system, [np.ones(e.rows) for e in parts])
-    torques = np.concatenate([e.y for e in parts])
-    basis = np.linalg.qr(system.W[:, 1:])[0]
-    column, torque = (x - basis @ (basis.T @ x) for x in (system.W[:, 0], torques))
+    W = np.concatenate([_columns(s, j) for s in evidence.logs])[:, None]
+    y, weight = evidence.y[:, [j]], evidence.weight[:, [j]]
+    rows = Rows(_NAMES, W, y, evidence.t, weight, evidence.extents)
+    solution = Ols().solve(rows)
+    moving = rows.part(slice(None), 0)
+    basis = np.linalg.qr(moving.W[:, 1:])[0]
+    column, torque = (x - basis @ (basis.T @ x) for x in (moving.W[:, 0], moving.y))
     shared = float(column @ torque / (np.linalg.norm(column) * np.linalg.norm(torque)))
     if shared < math.sqrt(DEFLECTS):
         fault = "its torque does not follow q - qs: check their units and the gear ratio"

@@ -20,7 +20,7 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import Candidate, Constants, Torques
 from symgen.hypotheses.problem import Problem
-from symgen.hypotheses.rows import Rows
+from symgen.hypotheses.rows import FittedRows
 from symgen.hypotheses.score import Columns
 from symgen.robot.effect import definitions, effect_unit
 from symgen.robot.types import Robot
@@ -142,7 +142,7 @@ class Expressions:
         return len(self.terms) + int(np.prod([search.count for search in local]))
 
     def best(
-        self, system: Rows, joints: frozenset[int] | None
+        self, system: FittedRows, joints: frozenset[int] | None
     ) -> Iterator[tuple[Candidate, Columns]]:
         """Yield the terms of each joint that explain most of its residual.
 
@@ -155,9 +155,9 @@ class Expressions:
                 candidate = expression(self.robot, j, int(i), self.terms[i])
                 yield candidate, {j: self.columns[:, [i]]}
 
-    def _gains(self, system: Rows, j: int) -> FloatArray:
+    def _gains(self, system: FittedRows, j: int) -> FloatArray:
         """Return the part of joint j's sum of squares that each term explains, (T,)."""
-        rows = self.columns * (system.moves[:, j] / system.sigma[j])[:, None]
+        rows = self.columns * (system.weight[:, j] / system.sigma[j])[:, None]
         squares = np.sum(rows**2, axis=0)
         free = squares - np.sum((system.basis[:, j].T @ rows) ** 2, axis=0)
         along = system.whitened_residual[:, j] @ rows

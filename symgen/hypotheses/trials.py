@@ -56,7 +56,7 @@ def torque_trials(stage: Stage) -> Iterator[Changed]:
     problem, rows, torque = stage.problem, stage.problem.base, cache(stage.problem.torque)
     links = slice(problem.evaluator.model.inertial)
     speed = np.concatenate([log.qd[log.kept] for log in problem.logs])
-    lost = rows.moves * (rows.y - rows.W[..., links] @ rows.X[links])
+    lost = rows.weight * (rows.y - rows.W[..., links] @ rows.X[links])
     work = np.sum(speed * lost, axis=0)
     for grid in torque_changes(problem.robot, work):
         trial = _torque_trial(stage, grid, torque)
@@ -155,8 +155,8 @@ def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
     scale[list(change.joints)] = change.scale
     problem = alone.problem
     if [*change.factors] == ["tau"]:  # the regressor stays
-        y = change.torque(problem.torque)
-        problem = replace(problem, base=fitted(problem.logs, problem.base.W, y))
+        rows = replace(problem.base, y=change.torque(problem.torque))
+        problem = replace(problem, base=fitted(problem.logs, rows))
     else:
         problem = problem.tried(change)
     changed = problem.stage().score

@@ -6,7 +6,6 @@ import hashlib
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
 
 import numpy as np
 
@@ -43,7 +42,7 @@ from symgen.identification.model_choice import ChosenModel
 from symgen.identification.physical import implausible
 from symgen.identification.settle import Settled
 from symgen.identification.simulation import simulation_use
-from symgen.identification.solving import UNBIASED, EquatedLog, Method, system_of
+from symgen.identification.solving import UNBIASED, EquatedLog, Method, rows_of
 from symgen.identification.uses import Uses
 from symgen.robot.toml_text import robot_toml
 from symgen.runtime.evaluator import Evaluator
@@ -120,8 +119,7 @@ def assess(chosen: ChosenModel, result: Outcome, accept: float, least: float) ->
     settled = result.settled
     solution, method, bias = settled.solution, settled.method, ""
     if method.name not in UNBIASED and best.known is None:
-        system = system_of(evaluator, train)
-        solution, bias = bias_of_least_squares(system, solution, best.solution)
+        solution, bias = bias_of_least_squares(rows_of(train), solution, best.solution)
     X, std = solution.X, solution.std
     if best.known is not None:
         std = np.full(len(X), math.nan)
@@ -311,9 +309,7 @@ def _model_traces(part: EquatedLog, model: EquationModel, X: FloatArray) -> tupl
     """Return the measured and predicted sides of the equations of a model, for plots."""
     if model.name == "torque":  # `fit` has these curves
         return ()
-    t = reduce(np.intersect1d, [e.t for e in part.equations])  # masks differ by joint
-    kept = [(e, np.isin(e.t, t)) for e in part.equations]
-    measured = [(e.y / e.scale)[k] for e, k in kept]
-    predicted = [(e.W @ X / e.scale)[k] for e, k in kept]
-    sides = np.stack(measured, axis=1), np.stack(predicted, axis=1)
-    return (Trace(part.log.name, part.kind, model.name, t, *sides),)
+    rows = part.equations
+    used = rows.weight.all(axis=1)  # masks differ by joint
+    measured, predicted = rows.y[used], rows.W[used] @ X
+    return (Trace(part.log.name, part.kind, model.name, rows.t[used], measured, predicted),)

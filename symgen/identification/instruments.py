@@ -61,8 +61,7 @@ def instrumented(
     else:
         free = filter_log(log.samples, replace(log.band, velocity="derived"))
     rows = model.equations(evaluator, free)
-    pairs = zip(part.equations, rows, strict=True)
-    return replace(part, equations=tuple(replace(e, Z=z.W) for e, z in pairs))
+    return replace(part, equations=replace(part.equations, Z=rows.W))
 
 
 def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:

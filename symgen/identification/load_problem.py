@@ -29,7 +29,7 @@ from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import Solution, identifiable_columns
 from symgen.estimation.summary import triangle
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import Equations, Rows, join
 from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray
 from symgen.identification.load import SMALL, UNITS, Load
@@ -58,20 +58,19 @@ class Solved(NamedTuple):
         problem: the problem with the columns of that step.
         fit: the fit.
         solution: changes of the load (r,), then of X, in that step.
-        system: equations of that step.
+        rows: equations of that step.
     """
 
     problem: LoadProblem
     fit: LoadFit
     solution: Solution
-    system: LinearSystem
+    rows: Rows
 
     def derivative_by_known(self) -> FloatArray:
         """Return the derivative of the solution with respect to known parameters X, (k, p)."""
-        rows = (*self.problem.loaded, *self.problem.bare)
         weights = self.solution.weights
-        fitted = [w * e.W for w, e in zip(weights, self.system.logs, strict=True)]
-        known = [w * e.W for w, e in zip(weights, rows, strict=True)]
+        pairs = zip(weights, self.rows.parts, self.problem.rows.parts, strict=True)
+        fitted, known = zip(*((w * a.W, w * b.W) for w, a, b in pairs), strict=True)
         slope = np.linalg.lstsq(np.concatenate(fitted), np.concatenate(known), rcond=None)[0]
         return -np.asarray(slope)
 
@@ -84,7 +83,7 @@ class LoadProblem:
         evaluator: the compiled model.
         model: model of the equations.
         logs: logs with the load, and logs without it.
-        loaded, bare: equations of the logs with the load, and of those without it.
+        rows: equations of the logs with the load, then of those without it.
         G: (p, 10) matrix from the parameters of the load to X.
         V: (10, r) determined directions of the load, orthonormal in UNITS.
         known: (10,) known parameters of the load: its mass or 0, and zeros.
@@ -94,8 +93,7 @@ class LoadProblem:
     evaluator: Evaluator
     model: EquationModel
     logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]]
-    loaded: Sequence[Equations]
-    bare: Sequence[Equations]
+    rows: Rows
     G: FloatArray
     V: FloatArray
     known: FloatArray
@@ -105,6 +103,18 @@ class LoadProblem:
         """Return the problem of a load on another link."""
         G, V = _directions(self.evaluator, self.loaded, link, bool(self.known.any()))
         return replace(self, G=G, V=V)
+
+    @property
+    def loaded(self) -> Sequence[Equations]:
+        """Equations of the logs with the load."""
+        return _with_load(self.rows, self.logs)
+
+    @property
+    def carries(self) -> FloatArray:
+        """(K,) 1.0 for the rows of logs with the load, 0.0 for the others."""
+        loaded = len(self.logs[0])
+        counts = [extent.times for extent in self.rows.extents]
+        return np.repeat(np.arange(len(counts)) < loaded, counts).astype(float)
 
     def solve(self, X: FloatArray) -> Solved:
         """Solve for the load and the free parameters, from those of the robot alone, X (p,).
@@ -133,13 +143,8 @@ class LoadProblem:
 
     def around(self, fit: LoadFit) -> LoadProblem:
         """Return the problem with load-dependent effects evaluated at a fit."""
-        loaded, bare = self.logs
         with_load = fit.X + self.in_X(fit)
-        return replace(
-            self,
-            loaded=_rows(self.evaluator, self.model, loaded, with_load),
-            bare=_rows(self.evaluator, self.model, bare, fit.X),
-        )
+        return replace(self, rows=_rows(self.evaluator, self.model, self.logs, (with_load, fit.X)))
 
     def first_step(self, X: FloatArray) -> Solved:
         """Solve for changes from the robot without a load."""
@@ -148,21 +153,19 @@ class LoadProblem:
     def step(self, at: LoadFit) -> Solved:
         """Solve for changes of the load and of the free parameters."""
         columns, load = self.G * UNITS @ self.V, self.in_X(at)
-        rows = []
-        logs = [(e, at.X + load, columns) for e in self.loaded]
-        logs += [(e, at.X, 0 * columns) for e in self.bare]
-        for e, X, shown in logs:
-            W = np.hstack([e.W @ shown, e.W[:, self.free]])
-            rows.append(replace(e, W=W, y=e.y - e.W @ X))
+        W = self.rows.W
+        carries = self.carries[:, None, None]
+        y = self.rows.y - W @ at.X - carries[:, 0] * (W @ load)
         names = self.evaluator.model.base.names
         labels = [f"load {k + 1}" for k in range(len(at.a))]
         labels += [names[k] for k in self.free]
-        system = LinearSystem(tuple(labels), tuple(rows))
-        solution = Wls().solve(system)
+        both = np.concatenate([carries * (W @ columns), W[:, :, self.free]], axis=2)
+        rows = replace(self.rows, names=tuple(labels), W=both, y=y)
+        solution = Wls().solve(rows)
         a, X = np.split(solution.X, [len(at.a)])
         updated = at.X.copy()
         updated[self.free] += X
-        return Solved(self, LoadFit(updated, at.a + a), solution, system)
+        return Solved(self, LoadFit(updated, at.a + a), solution, rows)
 
     def in_X(self, fit: LoadFit) -> FloatArray:
         """Return the contribution of the load to X, (p,)."""
@@ -202,24 +205,35 @@ def load_problem(
     """
     features = features_of([*logs[0], *logs[1]], evaluator.model.robot.sigma)
     model = EquationModel("torque", 0.0, features=features)
-    loaded, bare = (_rows(evaluator, model, group, X) for group in logs)
+    rows = _rows(evaluator, model, logs, (X, X))
     known = np.array([*[0.0] * 9, mass or 0.0])
-    G, V = _directions(evaluator, loaded, link, mass is not None)
-    rows = np.concatenate([e.W for e in (*loaded, *bare)])
-    free = [k for k in identifiable_columns(rows).kept if k >= fixed]
-    return LoadProblem(evaluator, model, logs, loaded, bare, G, V, known, free)
+    G, V = _directions(evaluator, _with_load(rows, logs), link, mass is not None)
+    determined = identifiable_columns(np.concatenate([e.W for e in rows.parts])).kept
+    free = [k for k in determined if k >= fixed]
+    return LoadProblem(evaluator, model, logs, rows, G, V, known, free)
+
+
+def _with_load(rows: Rows, logs: tuple[Sequence[FilteredLog], object]) -> Sequence[Equations]:
+    """Return the equations of the logs with the load, which come first."""
+    return rows.parts[: len(logs[0]) * rows.y.shape[1]]
 
 
 def _rows(
-    evaluator: Evaluator, model: EquationModel, logs: Sequence[FilteredLog], X: FloatArray
-) -> list[Equations]:
+    evaluator: Evaluator,
+    model: EquationModel,
+    logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]],
+    X: tuple[FloatArray, FloatArray],
+) -> Rows:
     """Return the torque equations of logs, with load-dependent effects evaluated at X (p,)."""
-    settled = replace(model, at=tuple(X.tolist()))
-    return [e for log in logs for e in settled.equations(evaluator, log)]
+    out = []
+    for group, at in zip(logs, X, strict=True):
+        settled = replace(model, at=tuple(at.tolist()))
+        out += [settled.equations(evaluator, log) for log in group]
+    return join(out)
 
 
 def _directions(
-    evaluator: Evaluator, rows: Sequence[Equations], link: int, weighed: bool
+    evaluator: Evaluator, loaded: Sequence[Equations], link: int, weighed: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Return G (p, 10) of a load on a link, and its determined directions (10, r).
 
@@ -228,6 +242,6 @@ def _directions(
     model = evaluator.model
     G, free = regrouping(model)[:, link_columns(model, link)], 10 - weighed
     scaled = (G * UNITS)[:, :free]
-    _, sizes, V = np.linalg.svd(triangle(np.concatenate([e.W @ scaled for e in rows])))
+    _, sizes, V = np.linalg.svd(triangle(np.concatenate([e.W @ scaled for e in loaded])))
     shown = V[: len(sizes)][sizes > SMALL * sizes[0]].T
     return G, np.pad(shown, ((0, 10 - free), (0, 0)))

@@ -36,9 +36,9 @@ from symgen.identification.solving import (
     EquatedLog,
     Method,
     noise_columns,
+    rows_of,
     settle_load,
     solve_equations,
-    system_of,
 )
 from symgen.identification.weak_prior import WeakPrior
 from symgen.parallel import Say
@@ -238,9 +238,7 @@ def _solved(campaign: Campaign, candidate: ModelCandidate) -> ModelCandidate:
     """Return a candidate with its solution, or with the error of the solver."""
     plain, model = Method(Wls.name), candidate.model
     try:
-        solution = solve_equations(
-            campaign.evaluator, candidate.train, plain, model, candidate.needed_prior
-        )
+        solution = solve_equations(candidate.train, plain, model, candidate.needed_prior)
     except (IdentificationError, np.linalg.LinAlgError) as error:
         return replace(candidate, error=error)
     return replace(candidate, solution=solution, torques=campaign.torques(solution.X))
@@ -248,7 +246,7 @@ def _solved(campaign: Campaign, candidate: ModelCandidate) -> ModelCandidate:
 
 def _weak_prior(campaign: Campaign, train: Sequence[EquatedLog]) -> WeakPrior:
     """Return the weak prior for the equations of the training logs."""
-    return WeakPrior.of(campaign.evaluator.model, summaries(system_of(campaign.evaluator, train)))
+    return WeakPrior.of(campaign.evaluator.model, summaries(rows_of(train).parts))
 
 
 def _known_parameters(
@@ -260,7 +258,7 @@ def _known_parameters(
     share ||E v||^2 / ||W v||^2 (Fuller 1987, section 1.1). The equations determine v if this share
     is below `symgen.policy.KNOWN`.
     """
-    W = system_of(campaign.evaluator, train).W
+    W = np.concatenate([e.W for e in rows_of(train).parts])
     noise = noise_columns(campaign.evaluator, campaign.train, model)
     known = identifiable_columns(W, noise / math.sqrt(KNOWN)).known
     return None if len(known) == W.shape[1] else known

@@ -36,7 +36,7 @@ from symgen.estimation.solve import (
     least_squares_solution,
     log_weights,
 )
-from symgen.estimation.summary import Summary, merge_summaries, summarise
+from symgen.estimation.summary import Summary, merge_summaries, summaries
 from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault, merge_faults
@@ -142,7 +142,8 @@ def _open(segment: Segment, folding: Folding) -> tuple[FilteredLog, tuple[Fault,
 def fold_equations(folding: Folding, segment: Segment) -> tuple[list[Summary], tuple[Fault, ...]]:
     """Return the summaries of a segment's equations, joint by joint, and its repairs."""
     log, repairs = _open(segment, folding)
-    return [summarise(e) for e in folding.model.equations(folding.evaluator, log)], repairs
+    rows = folding.model.equations(folding.evaluator, log)
+    return summaries(rows.parts), repairs
 
 
 #: (number of the log, joint) -> weight of the equations, and lag of the sums of scores in rows.
@@ -159,7 +160,7 @@ def fold_errors(
     meat = np.zeros((len(X), len(X)))
     if segment.rows.kind == "train":
         model = replace(folding.model, features=None)  # scores need no features
-        for j, e in enumerate(model.equations(evaluator, log)):
+        for j, e in enumerate(model.equations(evaluator, log).parts):
             weight, lag = weights[segment.number, j]
             meat += bartlett(scores(e, X, weight), lag)
     return meat, fit
@@ -183,9 +184,9 @@ def solve_segments(chosen: ChosenModel, method: Method) -> Outcome:
         model,
         tuple((c.cause.joints, c.cause.delay) for c in campaign.answer.delays),
     )
-    summaries, segments, mended = _summaries(chosen, folding)
+    summed, segments, mended = _summaries(chosen, folding)
     train, held = (
-        {key: s for key, s in summaries.items() if long.stretches[key[0]].kind == kind}
+        {key: s for key, s in summed.items() if long.stretches[key[0]].kind == kind}
         for kind in KINDS
     )
     names = campaign.evaluator.model.base.names
@@ -227,7 +228,7 @@ def _summaries(
     """Return the summaries of all equations by log and joint, the segments, and their repairs."""
     long = _long(chosen)
     segments = [x for k, log in enumerate(long.stretches) for x in segments_of(k, log)]
-    summaries: dict[tuple[int, int], Summary] = {}
+    summed: dict[tuple[int, int], Summary] = {}
     read: list[Segment] = []
     mended: list[Fault] = []
     folded = _each(chosen, partial(fold_equations, folding), segments, "equations")
@@ -236,9 +237,9 @@ def _summaries(
         read.append(replace(segment, clean=not (repairs or long.reading.mask)))
         for j, s in enumerate(joints):
             key = segment.number, j
-            before = [summaries[key]] if key in summaries else []
-            summaries[key] = merge_summaries([*before, s])
-    return summaries, read, mended
+            before = [summed[key]] if key in summed else []
+            summed[key] = merge_summaries([*before, s])
+    return summed, read, mended
 
 
 def _errors(

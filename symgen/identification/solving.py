@@ -25,8 +25,8 @@ from symgen.estimation.estimators import (
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.instrumental import InstrumentalVariables
 from symgen.estimation.opening import Source, listed_logs
-from symgen.estimation.solve import Solution, weighed, weighted_least_squares
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.solve import Solution, weighted_least_squares
+from symgen.estimation.system import Rows, join
 from symgen.estimation.values import SEED, FloatArray
 from symgen.identification.weak_prior import WeakPrior
 from symgen.runtime.evaluator import Evaluator
@@ -89,7 +89,7 @@ class EquatedLog:
 
     kind: str
     log: FilteredLog
-    equations: tuple[Equations, ...]
+    equations: Rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,14 +182,12 @@ class Method:
         return self.custom or self.prior or ESTIMATORS[self.unconstrained.name]
 
 
-def system_of(evaluator: Evaluator, logs: Sequence[EquatedLog]) -> LinearSystem:
-    """Return the equations of some logs as one system."""
-    names = evaluator.model.base.names
-    return LinearSystem(names, tuple(e for part in logs for e in part.equations))
+def rows_of(logs: Sequence[EquatedLog]) -> Rows:
+    """Return the equations of some logs as one value."""
+    return join([part.equations for part in logs])
 
 
 def solve_equations(
-    evaluator: Evaluator,
     train: Sequence[EquatedLog],
     method: Method,
     model: EquationModel,
@@ -198,7 +196,6 @@ def solve_equations(
     """Solve the equations of the training logs, without the constraints of a possible robot.
 
     Args:
-        evaluator: the compiled model.
         train: the logs.
         method: method of the solution.
         model: model of the equations.
@@ -209,14 +206,17 @@ def solve_equations(
         IdentificationError: the logs do not determine the parameters, or the method does not work
             with this model.
     """
-    system = system_of(evaluator, train)
+    rows = rows_of(train)
     if prior is not None and method.is_wls:
-        return weighted_least_squares(system, prior=prior.rows)
+        return weighted_least_squares(rows, prior=prior.rows)
     if method.custom is not None or method.name != "recursive":
-        return method.estimator.solve(system)
+        return method.estimator.solve(rows)
     if model.name == "torque":
         raise IdentificationError("method recursive works on the models of energy and momentum")
-    return weighed(system, _memory(train, method.forgetting))
+    memory, used = _memory(train, method.forgetting), rows.weight.T > 0
+    solution = weighted_least_squares(rows.weighed(memory[:, None]), 0)
+    means = [float(np.mean(memory[at][joint[at]])) for at in rows.spans for joint in used]
+    return replace(solution, weights=tuple(means))
 
 
 def noise_columns(
@@ -241,7 +241,8 @@ def noise_columns(
             x = getattr(s, key)
             noisy[key] = x + channel_noise(x) * draw.normal(size=x.shape)
         pair = (model.equations(evaluator, filter_log(x, band)) for x in (s, replace(s, **noisy)))
-        out += [b.W - a.W for a, b in zip(*pair, strict=True)]
+        a, b = pair
+        out.append((b.W - a.W)[a.weight > 0])
     return np.concatenate(out)
 
 
@@ -264,21 +265,22 @@ def settle_load(
     require_model(evaluator.model.robot, model.name)
     base = evaluator.model.base
     for _ in range(ROUNDS):
-        names = base.names if model.at is not None else base.names[: base.linear]
-        rows = tuple(e for log in logs for e in model.equations(evaluator, log))
-        solution = Wls().solve(LinearSystem(names, rows))
-        X = np.pad(solution.X, (0, len(base.names) - len(names)))
+        rows = join([model.equations(evaluator, log) for log in logs])
+        solution = Wls().solve(rows)
+        X = np.pad(solution.X, (0, len(base.names) - len(rows.names)))
         moved = np.inf if model.at is None else np.abs(X - np.array(model.at))
         model = replace(model, at=tuple(map(float, X)))
-        if len(names) == len(X) and np.all(moved <= SETTLED * solution.std + 1e-12 * np.abs(X)):
+        if len(rows.names) == len(X) and np.all(
+            moved <= SETTLED * solution.std + 1e-12 * np.abs(X)
+        ):
             return model
     raise IdentificationError(
         "effects of the load do not settle: their share of the torque is too large"
     )
 
 
-def _memory(train: Sequence[EquatedLog], forgetting: float) -> list[FloatArray]:
-    """Return the weight of every row in a recursion that forgets, (K,) for each log and joint.
+def _memory(train: Sequence[EquatedLog], forgetting: float) -> FloatArray:
+    """Return the weight of every row in a recursion that forgets, (K,).
 
     The weight of its squared residual is forgetting^k, with k the samples from the end of its
     window to the last end of all. The memory is about 1 / (1 - forgetting) samples, for any window,
@@ -287,9 +289,10 @@ def _memory(train: Sequence[EquatedLog], forgetting: float) -> list[FloatArray]:
     out: list[FloatArray] = []
     later = 0.0  # samples after this log
     for part in reversed(train):
-        ends = np.unique(np.concatenate([e.t for e in part.equations]))
-        hop = float(np.diff(ends).min(initial=part.log.t[-1] - part.log.t[0])) / part.log.step
-        ages = [later + hop * (len(ends) - 1 - np.searchsorted(ends, e.t)) for e in part.equations]
-        out = [*(forgetting ** (age / 2) for age in ages), *out]
+        rows, log = part.equations, part.log
+        ends = rows.t[rows.weight.any(axis=1)]
+        hop = float(np.diff(ends).min(initial=log.t[-1] - log.t[0])) / log.step
+        ages = later + hop * (len(ends) - 1 - np.searchsorted(ends, rows.t))
+        out = [forgetting ** (ages / 2), *out]
         later += hop * len(ends)
-    return out
+    return np.concatenate(out)

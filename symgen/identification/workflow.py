@@ -40,7 +40,7 @@ from symgen.identification.proportional import blame_motion
 from symgen.identification.searched import searched
 from symgen.identification.segments import solve_segments
 from symgen.identification.settle import Settled, settle
-from symgen.identification.solving import AUTO, FOLDED, Fit, Method, solve_equations, system_of
+from symgen.identification.solving import AUTO, FOLDED, Fit, Method, rows_of, solve_equations
 from symgen.parallel import Say, silent
 from symgen.policy import ACCEPT, LEAST
 from symgen.robot.toml_io import read_robot
@@ -220,7 +220,7 @@ def _solve(chosen: ChosenModel, method: Method) -> Outcome:
     """Solve the equations of the chosen model, over all segments of long logs."""
     if chosen.campaign.long is not None:
         return solve_segments(chosen, method)
-    rows = sum(e.rows for p in chosen.best.train for e in p.equations)
+    rows = sum(part.equations.count for part in chosen.best.train)
     names = chosen.campaign.evaluator.model.base.names
     chosen.campaign.progress(f"solving {rows} equations for {len(names)} parameters")
     solution = _least_squares(chosen, method)
@@ -232,8 +232,7 @@ def _least_squares(chosen: ChosenModel, method: Method) -> Solution:
     best = chosen.best
     if method.is_wls and best.solution is not None:
         return best.solution
-    about = chosen.campaign.evaluator, best.train, method, best.model
-    return solve_equations(*about, best.needed_prior)
+    return solve_equations(best.train, method, best.model, best.needed_prior)
 
 
 def _outcome(chosen: ChosenModel, settled: Settled) -> Outcome:
@@ -241,7 +240,7 @@ def _outcome(chosen: ChosenModel, settled: Settled) -> Outcome:
     campaign, best, X = chosen.campaign, chosen.best, settled.solution.X
     is_plain = best.solution is not None and X is best.solution.X
     torques = best.torques if is_plain else campaign.torques(X)
-    train, held = (system_of(campaign.evaluator, logs).logs for logs in (best.train, chosen.held))
+    train, held = (rows_of(logs).parts for logs in (best.train, chosen.held))
     return outcome(settled, best.model, (train, held), torques, campaign.repairs)
 
 

@@ -11,6 +11,7 @@ import scipy.optimize
 import scipy.stats
 import statsmodels.api as sm
 from oracles.precision import at_least_white
+from support import rows_of
 
 import symgen
 from symgen.estimation.estimators import (
@@ -23,7 +24,7 @@ from symgen.estimation.estimators import (
     TotalLeastSquares,
     Wls,
 )
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import Equations, Rows
 from symgen.identification.parameters import read_prior
 from symgen.identification.possible import nearest_possible
 
@@ -43,14 +44,8 @@ def _rows(seed: int, rows: int = 400) -> tuple[np.ndarray, np.ndarray]:
     return W, W @ TRUE + 0.3 * (noise[1:] + 0.6 * noise[:-1])
 
 
-def _system(*logs: tuple[np.ndarray, np.ndarray], Z: np.ndarray | None = None) -> LinearSystem:
-    return LinearSystem(
-        NAMES,
-        tuple(
-            Equations(f"log {k}", W, y, np.arange(len(y)) * 0.01, 1, None, Z=Z)
-            for k, (W, y) in enumerate(logs)
-        ),
-    )
+def _system(*logs: tuple[np.ndarray, np.ndarray], Z: np.ndarray | None = None) -> Rows:
+    return rows_of(NAMES, *(Equations(W, y, Z=Z) for W, y in logs))
 
 
 def test_ols_and_its_robust_errors_are_those_of_statsmodels() -> None:
@@ -99,10 +94,7 @@ PEARSON = np.array(
 
 def test_total_least_squares_finds_the_line_of_pearson() -> None:
     x, y = PEARSON.T
-    system = LinearSystem(
-        ("slope", "offset"),
-        (Equations("pearson", np.column_stack([x, np.ones(10)]), y, np.arange(10.0), 1),),
-    )
+    system = rows_of(("slope", "offset"), Equations(np.column_stack([x, np.ones(10)]), y))
     found = TotalLeastSquares(np.array([1.0, 0.0])).solve(system)
     # Published: slope -0.5456, intercept 5.7840 (Pearson 1901; York 1966).
     np.testing.assert_allclose(found.X, [-0.5456, 5.7840], atol=1e-4)
@@ -115,7 +107,7 @@ def test_total_least_squares_is_orthogonal_regression_of_scipy() -> None:
     y = W @ TRUE[:2] + 0.2 * draw.normal(size=len(W))
     noisy = W + np.array([0.1, 0.3]) * draw.normal(size=W.shape)
     noise = np.array([0.5, 1.5])
-    system = LinearSystem(NAMES[:2], (Equations("a", noisy, y, np.arange(400.0), 1),))
+    system = rows_of(NAMES[:2], Equations(noisy, y))
     found = TotalLeastSquares(noise).solve(system)
 
     def distance(X: np.ndarray) -> float:
@@ -133,10 +125,8 @@ def test_total_least_squares_has_no_bias_where_its_noise_is_right_and_honest_err
     X, std, least = [], [], []
     for _ in range(300):
         y = W @ TRUE[:2] + 0.2 * draw.normal(size=len(W))
-        system = LinearSystem(
-            NAMES[:2],
-            (Equations("a", W + noise * draw.normal(size=W.shape), y, np.arange(600.0), 1),),
-        )
+        noisy = W + noise * draw.normal(size=W.shape)
+        system = rows_of(NAMES[:2], Equations(noisy, y))
         found = TotalLeastSquares(noise / 0.2).solve(system)
         X.append(found.X)
         std.append(np.sqrt(np.diag(found.covariance)))
@@ -168,7 +158,7 @@ def test_a_prior_is_what_remains_where_data_say_nothing_and_gives_way_where_they
     assert np.sqrt(found.covariance[1, 1]) == pytest.approx(5.0)
 
 
-def _instrumented(seed: int, rows: int = 400) -> tuple[LinearSystem, np.ndarray]:
+def _instrumented(seed: int, rows: int = 400) -> tuple[Rows, np.ndarray]:
     """Noise in W that is in y - W X too, and instruments with noise of their own."""
     draw = np.random.default_rng(seed)
     clean, _ = _rows(13, rows)
@@ -183,7 +173,7 @@ def test_iv_is_two_stage_least_squares_of_statsmodels() -> None:
     from statsmodels.sandbox.regression.gmm import IV2SLS
 
     system, _ = _instrumented(14)
-    e = system.logs[0]
+    e = system.parts[0]
     expected = IV2SLS(e.y, e.W, e.Z).fit().params
     found = InstrumentalVariables().solve(system)
     np.testing.assert_allclose(found.X, expected, rtol=1e-9)
@@ -218,7 +208,7 @@ def test_iv_has_no_bias_where_least_squares_has_and_covers_the_truth() -> None:
 
 def test_durbin_wu_hausman_is_the_augmented_regression_of_statsmodels() -> None:
     system, _ = _instrumented(15)
-    e = system.logs[0]
+    e = system.parts[0]
     assert e.Z is not None
     V = e.W - e.Z @ np.linalg.lstsq(e.Z, e.W)[0]
     tests = {t.columns: t for t in InstrumentalVariables().solve(system).endogeneity}
@@ -240,7 +230,7 @@ def test_durbin_wu_hausman_rejects_at_its_level_and_finds_bias(biased: bool) -> 
     rejected = []
     for seed in range(300):
         system, clean = _instrumented(3000 + seed)
-        e = system.logs[0]
+        e = system.parts[0]
         if not biased:  # y follows W as measured: its noise is no error
             noise = 0.3 * np.random.default_rng(seed).normal(size=400)
             system = _system((e.W, e.W @ TRUE + noise), Z=clean)
@@ -269,7 +259,7 @@ def test_what_an_estimator_cannot_use_is_said(estimator: Estimator, rows: int, s
 
 def test_total_least_squares_without_an_answer_says_so() -> None:
     W = 1e-3 * np.tile([1.0, -1.0], 50)[:, None]
-    flat = LinearSystem(("A",), (Equations("a", W, np.ones(100), np.arange(100.0), 1),))
+    flat = rows_of("A", Equations(W, np.ones(100)))
     with pytest.raises(symgen.IdentificationError, match="total least squares has no"):
         TotalLeastSquares(np.ones(1)).solve(flat)
 
@@ -281,7 +271,7 @@ def test_total_least_squares_without_an_answer_says_so() -> None:
 def test_what_is_not_determined_is_named_and_counted(alike: int, names: str) -> None:
     W = np.random.default_rng(17).normal(size=(50, 10))
     W[:, :alike] = W[:, :1]
-    system = LinearSystem(tuple("ABCDEFGHIJ"), (Equations("a", W, W[:, 0], np.arange(50.0), 1),))
+    system = rows_of("ABCDEFGHIJ", Equations(W, W[:, 0]))
     with pytest.raises(symgen.IdentificationError) as refused:
         Ols().solve(system)
     assert f"{names} combinations" in str(refused.value)

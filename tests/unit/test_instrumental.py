@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.stats
 from oracles.precision import at_least_white, long_run, wider
+from support import rows_of
 
 import symgen
 from symgen.estimation.estimators import Wls
@@ -16,7 +17,7 @@ from symgen.estimation.instrumental import (
     bias_of_least_squares,
     durbin_wu_hausman,
 )
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import Equations, Rows
 from symgen.estimation.values import Endogeneity, OtherEstimate
 
 NAMES = ("ZZ1", "MX2", "FV1")
@@ -31,11 +32,11 @@ def _log(seed: int, rows: int = 300, noise: float = 0.3, own: float = 0.1, corre
     size = np.array([1.0, 5.0, 0.3])
     W = clean + noise * size * draw.normal(size=clean.shape)
     Z = clean + 0.3 * size * draw.normal(size=clean.shape)
-    return Equations(f"log {seed}", W, y, 0.01 * np.arange(rows), correlation, Z=Z)
+    return Equations(W, y, correlation, Z=Z)
 
 
-def _system(*logs: Equations) -> LinearSystem:
-    return LinearSystem(NAMES, logs)
+def _system(*logs: Equations) -> Rows:
+    return rows_of(NAMES, *logs)
 
 
 def _two_stage(logs, weights) -> np.ndarray:
@@ -95,7 +96,7 @@ def test_weak_instruments_are_told_with_their_correlation(share: float, weak: bo
     Z = Q[:, :3].copy()
     Z[:, 1] = share * Q[:, 1] + np.sqrt(1 - share**2) * Q[:, 4]
     y = Q[:, :3] @ TRUE + 1e-3 * np.random.default_rng(9).normal(size=400)
-    e = Equations("a", Q[:, :3] * np.array([1, 30, 1e-3]), y, np.arange(400.0), 1, Z=7 * Z)
+    e = Equations(Q[:, :3] * np.array([1, 30, 1e-3]), y, Z=7 * Z)
     notes = InstrumentalVariables().solve(_system(e)).notes
     told = [note for note in notes if note.startswith("weak instruments")]
     assert len(told) == weak

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.integrate import simpson
+from support import rows_of
 
 from symgen.data.signals import Samples
 from symgen.estimation.band import Band
 from symgen.estimation.estimators import Ols, Wls
 from symgen.estimation.features import RUBS, WAVES, Features, features_of
 from symgen.estimation.filtered_log import filter_log, unfiltered
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import Equations, Extent, Rows, join
 from symgen.estimation.windows import place_windows, window_rows
 
 #: Cosines and sines of the waves that are smooth; the others jump with the sign of a speed.
@@ -29,7 +30,7 @@ def _state(seed: int) -> tuple[np.ndarray, np.ndarray]:
     return t, np.sin(t[:, None, None] * rate + phase).sum(axis=1)
 
 
-def _system(seed: int, misfit: float, known: bool, noise: float = 0.05) -> LinearSystem:
+def _system(seed: int, misfit: float, known: bool, noise: float = 0.05) -> Rows:
     """Two logs of two joints, with a function of the state that the columns do not hold."""
     rng = np.random.default_rng([seed, 5])
     features = Features((0.0,) * 4, (0.7,) * 4, (1.0, 1.0))
@@ -40,11 +41,11 @@ def _system(seed: int, misfit: float, known: bool, noise: float = 0.05) -> Linea
         state = np.hstack([x, np.gradient(x, t, axis=0)])
         missing = misfit / np.sqrt(3) * np.cos((state @ ways)[..., None] + phase).sum(axis=1)
         F = features(state[:, :2], state[:, 2:])
-        for j in range(2):
-            W = np.column_stack([np.sin(x[:, j]), x[:, 1 - j] * x[:, j], state[:, 2 + j]])
-            y = W @ TRUE + missing[:, j] + noise * rng.normal(size=ROWS)
-            logs.append(Equations(f"{log}", W, y, t, 1, j, features=F[:, j] if known else None))
-    return LinearSystem(NAMES, tuple(logs))
+        W = np.stack([np.sin(x), x[:, ::-1] * x, state[:, 2:]], axis=2)
+        y = W @ TRUE + missing + noise * rng.normal(size=(2, ROWS)).T
+        ones, extents = np.ones(y.shape), (Extent(ROWS, 1),)
+        logs.append(Rows(NAMES, W, y, t, ones, extents, features=F if known else None))
+    return join(logs)
 
 
 def _held(misfit: float, known: bool, runs: int = 25) -> float:
@@ -73,8 +74,8 @@ def _longer_friction(jumps: bool) -> float:
     W = np.column_stack([np.sin(x[:, 0]), x[:, 1] * x[:, 0], np.sign(state[:, 2])])
     y = W @ TRUE + missing + 0.05 * rng.normal(size=ROWS)
     smooth = np.where(np.isin(np.arange(2 * WAVES), SMOOTH), F, 0.0)
-    systems = [Equations("log", W, y, t, 1, 0, features=rows) for rows in (F, smooth)]
-    both, alone = (Ols().solve(LinearSystem(NAMES, (e,))).std[2] for e in systems)
+    systems = [Equations(W, y, 1, 0, features=rows) for rows in (F, smooth)]
+    both, alone = (Ols().solve(rows_of(NAMES, e)).std[2] for e in systems)
     return float(both / alone)
 
 
@@ -101,7 +102,7 @@ def test_equations_of_windows_see_the_integral_of_each_function(model: str) -> N
         rates = functions(q, qd)
         return rates[:, :, :0], rates
 
-    rows = window_rows(terms, *log.nodes(w.stride), w, log.step).transpose(1, 0, 2)
+    rows = window_rows(terms, *log.nodes(w.stride), w, log.step)
     values = functions(log.q, log.qd)
     for row, first, last in zip(rows, *w.spans(len(log.t)), strict=True):
         expected = simpson(values[first : last + 1], dx=log.step, axis=0)

@@ -16,7 +16,7 @@ from support import data_folder, sampled
 import symgen
 from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered_log import unfiltered
-from symgen.estimation.system import LinearSystem, window_equations
+from symgen.estimation.system import window_equations
 from symgen.report.store import result_files, result_page
 
 
@@ -106,7 +106,7 @@ def test_standard_deviations_cover_the_truth() -> None:
         tau = clean.tau + 0.2 * draw.normal(size=clean.tau.shape)
         log = symgen.make_log("noisy", clean.t, clean.q, tau, clean.qd)
         equations = window_equations(evaluator, unfiltered(symgen.prepare(log)), "energy", 0.2)
-        solution = Wls().solve(LinearSystem(evaluator.model.base.names, equations))
+        solution = Wls().solve(equations)
         std = np.sqrt(np.diag(solution.covariance))
         inside.append(np.abs(solution.X - X) < 1.96 * std)
     print("coverage of the 95 % interval:", np.mean(inside))

@@ -16,7 +16,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import ESTIMATORS
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.system import Equations, LinearSystem, window_equations
+from symgen.estimation.system import Equations, Rows, join, window_equations
 from symgen.estimation.values import Reason
 from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented
@@ -61,13 +61,12 @@ def test_every_method_returns_the_parameters_of_nearly_clean_logs(method: str, m
 MEASURED = Band(1 / STEP, 0.5 / STEP, 2.0, "measured")
 
 
-def _with_instruments(evaluator: symgen.Evaluator, log: symgen.Log, model: str) -> LinearSystem:
+def _with_instruments(evaluator: symgen.Evaluator, log: symgen.Log, model: str) -> Rows:
     """The equations of tachometers, with encoders as instruments."""
     equation_model = EquationModel(model, 0.1)
     motion = filter_log(symgen.prepare(log), MEASURED)
     part = EquatedLog("train", motion, equation_model.equations(evaluator, motion))
-    part = instrumented(evaluator, part, equation_model, None)
-    return LinearSystem(evaluator.model.base.names, part.equations)
+    return instrumented(evaluator, part, equation_model, None).equations
 
 
 @pytest.fixture(scope="module")
@@ -139,18 +138,20 @@ def test_forgetting_follows_a_load_that_is_put_down() -> None:
         symgen.identify("planar2r", log, method="recursive", fit=symgen.Fit(forgetting=1.5))
 
 
-def _at_every_sample(evaluator: symgen.Evaluator, log: FilteredLog, window: float) -> Equations:
+def _at_every_sample(
+    evaluator: symgen.Evaluator, log: FilteredLog, window: float
+) -> tuple[np.ndarray, Equations]:
     """Energy equations whose windows end at every sample: of logs cut a sample shorter each."""
     steps, hop = round(window / STEP), max(1, round(window / STEP) // 10)
     found = []
     for first in range(hop):
         span = slice(first, None)
         cut = FilteredLog(log.samples.cut(span), log.band, log.q[span], log.qd[span])
-        found += window_equations(evaluator, cut, "energy", window)
-    order = np.argsort(np.concatenate([e.t for e in found]))
-    W, y, t = (np.concatenate([getattr(e, key) for e in found])[order] for key in ("W", "y", "t"))
-    assert len(t) == len(log.t) - steps
-    return replace(found[0], W=W, y=y, t=t)
+        found.append(window_equations(evaluator, cut, "energy", window))
+    rows = join(found)
+    order = np.argsort(rows.t)
+    assert len(order) == len(log.t) - steps
+    return rows.t[order], Equations(rows.W[order, 0], rows.y[order, 0])
 
 
 def test_forgetting_is_least_squares_with_weights_that_fade() -> None:
@@ -163,8 +164,8 @@ def test_forgetting_is_least_squares_with_weights_that_fade() -> None:
     assert found.band is not None
     # a window that ends at every sample, as those of the recursion do
     motion = filter_log(symgen.prepare(log), found.band)
-    equations = _at_every_sample(evaluator, motion, 0.2)
-    age = (equations.t[-1] - equations.t) / STEP
+    t, equations = _at_every_sample(evaluator, motion, 0.2)
+    age = (t[-1] - t) / STEP
     fading = np.sqrt(0.998) ** age
     expected = np.linalg.lstsq(fading[:, None] * equations.W, fading * equations.y, rcond=None)[0]
     kept = np.linalg.lstsq(equations.W, equations.y, rcond=None)[0]
@@ -236,8 +237,8 @@ class Halved:
     excludes: ClassVar[str] = "the other half"
     prior: float = 0.5  # no prior of symgen's
 
-    def solve(self, system: LinearSystem):
-        found = symgen.Wls().solve(system)
+    def solve(self, rows: Rows):
+        found = symgen.Wls().solve(rows)
         return replace(found, X=self.prior * found.X)
 
 

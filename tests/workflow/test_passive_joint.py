@@ -16,7 +16,7 @@ import pytest
 import symgen
 from symgen.diagnosis.messages import summary
 from symgen.estimation.estimators import ESTIMATORS
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import Extent, Rows
 
 ZZ1R, MX1R, ZZ2, MX2, FV, STEP = 1.33, 1.5, 1.33, 1.0, 0.05, 0.005
 TRUE = {"ZZ1R": ZZ1R, "MX1R": MX1R, "ZZ2": ZZ2, "MX2": MX2, "FV1": FV, "FV2": FV}
@@ -149,9 +149,10 @@ def test_equations_without_torque_do_not_take_the_parameters_to_zero(method) -> 
     X, W = np.array([1.0, -0.5, 0.3]), rng.normal(size=(2, 4000, 3))
     W[0] -= np.outer(W[0] @ X, X) / (X @ X)  # 0 = W X
     noisy = W + 0.5 * rng.normal(size=W.shape)
-    y = [np.zeros(4000), W[1] @ X]
-    parts = (Equations("a", noisy[j], y[j], np.arange(4000.0), 1, j) for j in range(2))
-    found = ESTIMATORS[method].solve(LinearSystem(("A", "B", "C"), tuple(parts)))
+    y = np.column_stack([np.zeros(4000), W[1] @ X])
+    about = np.arange(4000.0), np.ones(y.shape), (Extent(4000, 1),)
+    rows = Rows(("A", "B", "C"), noisy.swapaxes(0, 1), y, *about)
+    found = ESTIMATORS[method].solve(rows)
     assert np.linalg.norm(found.X - X) < 0.4 * np.linalg.norm(X)  # of least squares: 0.34
 
 
