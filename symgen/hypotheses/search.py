@@ -18,11 +18,12 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.changes import TILT, Changed
+from symgen.hypotheses.changes import TILT, Changed, Torque
 from symgen.hypotheses.effects import Candidate, Score, total_odds
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
 from symgen.hypotheses.held import in_one_log
@@ -49,6 +50,7 @@ from symgen.policy import ALIKE, APART, LEAST, LISTED, LOUD, SAME, SHOWN, SURE
 
 #: Ratio of the prior std of a size to the expected size. It limits undetermined coefficients.
 _LOOSE = 10.0
+_TORQUES = 64  # torques moved by some seconds that are kept
 
 
 def search(
@@ -147,6 +149,9 @@ class _Judge:
         self._moved: dict[tuple[frozenset[Key], bool], list[Changed]] = {}
         self._groups: list[_Group] = []
         self._terms: Expressions | None = None
+        self._torque: Torque | None = None
+        #: Columns that depend on the motion alone, by candidate.
+        self._along: dict[Candidate, Columns] = {}
 
     def options(self, stage: Stage, joints: frozenset[int] | None = None) -> list[Score]:
         """Return every effect that may be added to a stage, the most probable first.
@@ -178,6 +183,8 @@ class _Judge:
                 yield contact
         if not self.registry.changes or problem.is_fixed:
             return
+        self._prepare(stage)
+        assert self._torque is not None
         loud, moved = self._loud(stage), list[Changed]()
         # Accepted hypotheses may already explain the error that a change of the motion explains.
         if loud or not result.items:
@@ -185,7 +192,7 @@ class _Judge:
             if key not in self._moved:
                 self._moved[key] = [*motion_trials(problem, loud)]
             moved = self._moved[key]
-        for trial in (*torque_trials(stage), *moved):
+        for trial in (*torque_trials(stage, self._torque), *moved):
             if trial.key not in problem.undone:
                 yield trial
 
@@ -295,16 +302,24 @@ class _Judge:
     def _prepare(self, stage: Stage) -> None:
         """Compute the columns of all candidates if the problem is new.
 
-        Candidates whose columns are not finite on these logs are dropped.
+        Candidates whose columns are not finite on these logs are dropped. Changes of the torques
+        leave the columns that depend on the motion alone.
         """
         if stage.problem is self._problem:
             return
+        if self._problem is None or not _same_motion(self._problem, stage.problem):
+            self._along, self._terms = {}, None
         self._problem, loud = stage.problem, self._loud(stage)
+        self._torque = lru_cache(_TORQUES)(stage.problem.torque)
         pool = [c for c in self.registry.pool if not c.rare or loud.issuperset(c.joints)]
-        pairs = zip(pool, stage.log_columns.each(pool), strict=True)
+        new = [c for c in pool if c not in self._along]
+        columns = self._along | dict(zip(new, stage.log_columns.each(new), strict=True))
+        self._along = {c: x for c, x in columns.items() if not c.uses_model}
+        pairs = ((c, columns[c]) for c in pool)
         finite = (x for x in pairs if all(np.isfinite(c).all() for c in x[1].values()))
         self._groups = self._group(stage, finite)
-        self._terms = expressions(stage.problem) if self.registry.expressions else None
+        if self.registry.expressions and self._terms is None:
+            self._terms = expressions(stage.problem)
 
     def _fits(
         self, stage: Stage, joints: frozenset[int] | None
@@ -316,8 +331,9 @@ class _Judge:
         """
         self._prepare(stage)
         terms = () if self._terms is None else self._terms.best(stage.rows, joints)
+        taken = {s.key for s in stage.effects}
         for group in (*self._groups, *self._group(stage, terms)):
-            free = [self._admitted(c, stage, joints) for c, _ in group.members]
+            free = [self._admitted(c, stage, taken, joints) for c, _ in group.members]
             if any(free):
                 fits = stage.score.each(group.folded, group.sizes)
                 rows = zip(group.members, fits, strict=True)
@@ -337,12 +353,13 @@ class _Judge:
             out.append(_Group(same, stage.score.folded([c for _, c in same]), sizes))
         return out
 
-    def _admitted(self, candidate: Candidate, stage: Stage, joints: frozenset[int] | None) -> bool:
+    def _admitted(
+        self, candidate: Candidate, stage: Stage, taken: set[Key], joints: frozenset[int] | None
+    ) -> bool:
         """Whether a candidate is new, acts on one of `joints`, and finds the effects it requires.
 
         Required friction counts as present if the robot declares it.
         """
-        taken = {s.key for s in stage.effects}
         if candidate.key in taken and candidate.name != UNNAMED:
             return False
         if candidate.first_order and candidate.key in stage.problem.undone:
@@ -422,6 +439,11 @@ def _refined(stage: Stage, new: Score) -> Score:
     """Return an effect with its constants fitted; the constants of the stage stay."""
     problem = replace(stage.problem, base=stage.rows)
     return settled_constants(problem, [new], stage.log_columns)[0]
+
+
+def _same_motion(a: Problem, b: Problem) -> bool:
+    """Whether the training logs of two problems share the arrays of their motion."""
+    return all(x.q is y.q and x.qd is y.qd for x, y in zip(a.logs, b.logs, strict=True))
 
 
 def _odds(s: Judged) -> float:

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 
@@ -48,12 +47,16 @@ _EXACT, _APART = 1e-3, 0.05
 _TURNS = 8  # of gravity by the Gauss-Newton method
 
 
-def torque_trials(stage: Stage) -> Iterator[Changed]:
+def torque_trials(stage: Stage, torque: Torque) -> Iterator[Changed]:
     """Yield the changes of torques with their scores, each with the most probable size.
 
     Wrong signs of joints on which friction would drive come first: nothing else explains that.
+
+    Args:
+        stage: the model and the accepted effects.
+        torque: the torque of the stage's problem, which trials ask for again and again.
     """
-    problem, rows, torque = stage.problem, stage.problem.base, cache(stage.problem.torque)
+    problem, rows = stage.problem, stage.problem.base
     links = slice(problem.evaluator.model.inertial)
     speed = np.concatenate([log.qd[log.kept] for log in problem.logs])
     lost = rows.weight * (rows.y - rows.W[..., links] @ rows.X[links])
@@ -143,7 +146,7 @@ def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Chang
     best = _best_of(stage, grid, fits)
     if not (best.cause.delay or best.cause.lag) or best.odds <= 0:
         return best
-    change = _refined_change(stage, best.cause)
+    change = _refined_change(stage, best.cause, torque)
     fit = _fit_of_torque(stage, change, torque)
     again = _best_of(stage, [change], [fit])
     return again if again.odds > best.odds else best
@@ -187,7 +190,7 @@ def _fit_of_torque(stage: Stage, change: Change, torque: Torque) -> ScoreFit:
     return stage.score.of_torque(change.torque(torque) - torque(0.0))
 
 
-def _refined_change(stage: Stage, change: Change) -> Change:
+def _refined_change(stage: Stage, change: Change, torque: Torque) -> Change:
     """Return a delay or a filter with its most probable size, and the deviation of that."""
     from scipy.optimize import minimize_scalar
 
@@ -197,7 +200,7 @@ def _refined_change(stage: Stage, change: Change) -> Change:
         return make(change.joints, math.copysign(math.exp(x), value))
 
     def cost(x: float) -> float:
-        return -_fit_of_torque(stage, changed(x), stage.problem.torque).score
+        return -_fit_of_torque(stage, changed(x), torque).score
 
     near = math.log(abs(value))
     bounds = near - math.log(2), near + math.log(2)

@@ -258,8 +258,8 @@ def test_what_changes_in_the_training_log_alone_is_named(name, change) -> None:
 @pytest.mark.parametrize(
     ("name", "joints", "change", "value"),
     [
-        ("torque_creep", (2,), lambda t, tau: 4 * (1 - np.exp(-t / 3)), {"TC2": -4, "T2": 3}),
-        ("crosstalk", (2, 1), lambda t, tau: 0.12 * tau[:, 0], {"CX1": 0.12}),
+        ("torque_creep", (2,), lambda t, _: 4 * (1 - np.exp(-t / 3)), {"TC2": -4, "T2": 3}),
+        ("crosstalk", (2, 1), lambda _, tau: 0.12 * tau[:, 0], {"CX1": 0.12}),
     ],
 )
 def test_errors_of_a_torque_sensor_in_all_logs_are_named(name, joints, change, value) -> None:
