@@ -259,7 +259,8 @@ class _Refits:
         """Return the torque errors on the validation logs without some parameters."""
         kept = np.setdiff1d(np.arange(len(self.X)), without)
         X = np.zeros(len(self.X))
-        X[kept] = shortest(self.factor[:, [*kept, len(self.X)]])
+        columns = [*kept, len(self.X)]
+        X[kept] = shortest(self.factor[:, columns])
         logs = self.last.campaign
         return fit(logs.evaluator, logs.held, X).in_motion.residual
 
@@ -285,7 +286,8 @@ class _Refits:
         if not at:
             return score.worth, reason
         covariance = self.last.outcome.settled.solution.covariance
-        reason = reason or _unknown(self.X[list(at)], covariance[np.ix_(at, at)])
+        own = covariance[np.ix_(at, at)]
+        reason = reason or _unknown(self.X[list(at)], own)
         was, now = (np.array(error.per_joint) for error in errors)
         explained = float(np.sqrt(np.maximum(was**2 - now**2, 0.0)).max())
         if not reason and explained < least:

@@ -182,12 +182,12 @@ def rising(before: Residual, after: Residual, robot: Robot, least: float) -> str
     k = int(np.argmax(now - was))
     fall = max(float(np.max(was - now)), 0.0)
     if now[k] > was[k] + RISE * fall + ROUNDING:
-        where, ends = f" of {robot.listed([k])}", (was[k], now[k])
+        where, low, high = f" of {robot.listed([k])}", was[k], now[k]
     elif after.relative > before.relative + RISE * least:
-        where, ends = "", (before.relative, after.relative)
+        where, low, high = "", before.relative, after.relative
     else:
         return ""
-    rise = f"from {percent(ends[0])} to {percent(ends[1])}"
+    rise = f"from {percent(low)} to {percent(high)}"
     return f"with it, the torque error{where} on the validation data rises {rise}"
 
 

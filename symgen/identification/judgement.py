@@ -188,7 +188,8 @@ def suspicions(
 
 def _much_larger(error: float, other: float, least: float) -> bool:
     """Return whether an error is VARIES times another one, and explains `least` of the torque."""
-    return error > VARIES * other and error**2 - other**2 > least**2
+    rise = math.sqrt(max(error**2 - other**2, 0.0))
+    return error > VARIES * other and rise > least
 
 
 def changed_state(train: float, held: float) -> list[Reason]:
@@ -243,16 +244,19 @@ def _large_errors(
 
     It is above `accept` and above three times its noise floor.
     """
-    robot, each = campaign.robot, np.array(held.in_motion.residual.per_joint)
+    robot = campaign.robot
+    each = np.array(held.in_motion.residual.per_joint)
     above = above_noise(each, noise.per_joint or (), accept)
     above[robot.passive] = False
     moving = moving_joints([log.qd for log in campaign.held], robot.sigma)
-    size = each * rms(np.concatenate([log.measured for log in campaign.held]))
+    measured = np.concatenate([log.measured for log in campaign.held])
+    size = each * rms(measured)
     reasons = []
     for j in sorted(moving, key=lambda j: -each[j]):
         if above[j]:
             unit = names.unit("OF", robot.sigma[j])
-            text = f"{percent(each[j])} on {robot.listed([j])}, {size[j]:.3g} {unit}"
+            joint = robot.listed([j])
+            text = f"{percent(each[j])} on {joint}, {size[j]:.3g} {unit}"
             reasons.append(Reason("large_error", _numbers(robot, [j]), each[j], accept, text))
     return reasons
 

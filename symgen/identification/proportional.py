@@ -47,7 +47,8 @@ def proportional_joints(logs: Sequence[FilteredLog]) -> tuple[tuple[int, ...], .
 
     qd = np.concatenate([log.qd for log in logs])
     unit = qd / column_norms(qd)
-    sines = np.sqrt(np.maximum(0.0, 1 - (unit.T @ unit) ** 2))
+    cosines = unit.T @ unit
+    sines = np.sqrt(np.maximum(0.0, 1 - cosines**2))
     count, label = connected_components(sines < PROPORTIONAL, directed=False)
     groups = (np.flatnonzero(label == k) for k in range(count))
     return tuple(tuple(map(int, group)) for group in groups if len(group) > 1)

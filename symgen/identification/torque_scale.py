@@ -40,7 +40,8 @@ def in_torque_scale(
         return groups
     logs = *groups[0], *groups[1]
     believed = roles_with_unit(reading or Reading()) & {"tau", "i"}
-    stated = np.array((robot.limits and robot.limits.torque) or [np.inf] * robot.n)
+    limits = robot.limits and robot.limits.torque
+    stated = np.array(limits or [np.inf] * robot.n)
     currents = robot.drive is not None and robot.drive.torque_constant is not None
     role, units = ("i", ("A", "A")) if currents else ("tau", ("Nm", "N"))
     poses = np.concatenate([s.q for s in logs])
@@ -56,9 +57,12 @@ def in_torque_scale(
             what = f"{s.name}: the RMS torque of {robot.listed(joints)} is {torque / weight:.0f} "
             what += "times that of the masses in the robot file at rest"
             rest = [np.delete(joints, k) for k in range(len(joints))]
-            by_one = any(0 < _size(torques[k]) <= SCALE * _size(at_rest[k]) for k in rest)
+            others = ((_size(torques[k]), SCALE * _size(at_rest[k])) for k in rest)
+            by_one = any(0 < other <= largest for other, largest in others)
             if torque > SCALE * limit and not (believed or by_one):
-                columns = [role] if len(joints) == robot.n else [f"{role}{j + 1}" for j in joints]
+                columns = [f"{role}{j + 1}" for j in joints]
+                if len(joints) == robot.n:
+                    columns = [role]
                 typed = ",".join(f"{column}=m{unit}" for column in columns)
                 how = f"--unit {typed}; --unit {typed.replace('=m', '=')} if the file is wrong"
                 refuse(f"{what}, and {torque / limit:.0f} times the torque limits", how)

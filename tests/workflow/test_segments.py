@@ -55,6 +55,17 @@ def test_segments_give_the_estimate_of_the_whole(logs: Path, monkeypatch, model:
     same(whole, symgen.identify(robot(), str(logs / "*.parquet"), model=model, window=0.3))
 
 
+def test_above_and_below_the_limit_the_same_part_is_held_out(logs: Path, monkeypatch) -> None:
+    below = symgen.identify(robot(), logs / "a.parquet")
+    monkeypatch.setattr(long_logs, "LIMIT", 4999)
+    above = symgen.identify(robot(), logs / "a.parquet")
+    diagnosis = symgen.diagnose(robot(), logs / "a.parquet", effects=[])
+    assert above.band == below.band
+    assert np.abs((above.X - below.X) / [p.std for p in below.parameters]).max() < 0.1
+    assert above.torque_validation is not None
+    assert diagnosis.before.total == pytest.approx(above.torque_validation.relative, rel=1e-9)
+
+
 def test_derived_speeds_and_a_robot_that_is_possible(logs: Path, tmp_path: Path, monkeypatch):
     columns = motion(4000, 5)
     columns["tau1"] = columns["tau1"] - (FRICTION + 0.02) * columns["qd1"]
