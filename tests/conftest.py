@@ -27,7 +27,7 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from packages import write
-from support import SAMPLE
+from support import SAMPLE, messages
 
 from symgen import cli
 
@@ -55,6 +55,17 @@ def command(monkeypatch, capsys) -> Callable[..., tuple[int, str, str]]:
             cli.main()
         out, err = capsys.readouterr()
         return caught.value.code, out, err
+
+    return call
+
+
+@pytest.fixture
+def run(command) -> Callable[..., tuple[int, str, list[str]]]:
+    """Run the command line in this process; return (exit code, stdout, lines on stderr)."""
+
+    def call(*arguments):
+        code, out, err = command(*arguments)
+        return code, out, messages(err)
 
     return call
 

@@ -8,7 +8,7 @@ process of its own with an empty cache: seconds of its processor for the derivat
 rank, for generation and for the compiler; statements of the kernel; and ns of one call. Growth is
 the power of n by which statements grow from the line above. The time of `import symgen` and of
 `generate --kernels energy_regressor` stands over that of `import sympy`, medians that take turns.
-The second form runs `symgen generate` for all kernels of a robot of oracles/large_arms.py with an
+The second form runs `symgen generate` for all kernels of a robot of large_arms.py with an
 empty cache, and prints its processor time and the bytes of its files.
 """
 
@@ -117,7 +117,7 @@ def growth(joints: list[int]) -> list[dict[str, Any]]:
 def package(name: str) -> None:
     """Print what all kernels of a large robot cost: s of the processor, and bytes by file."""
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-    from oracles.large_arms import LARGE
+    from large_arms import LARGE
     from oracles.random_arms import to_toml
 
     with tempfile.TemporaryDirectory() as folder:

@@ -32,7 +32,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
-from oracles.large_arms import LARGE
+from large_arms import LARGE
 from oracles.random_arms import to_toml
 from packages import run
 from peers import (

@@ -58,6 +58,11 @@ def torques(text: str, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.nda
     model = mujoco.MjModel.from_xml_string(text)
     model.dof_armature[:] = model.dof_damping[:] = model.dof_frictionloss[:] = 0
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    return inverse(model, q, qd, qdd)
+
+
+def inverse(model, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+    """Torques of a model in states, (N, n)."""
     data = mujoco.MjData(model)
     out = []
     for x, v, a in zip(q, qd, qdd, strict=True):
@@ -396,7 +401,7 @@ def _rank(text: str) -> int:
             mujoco.mju_mat2Quat(model.body_iquat[b], turn.ravel())
             model.body_inertia[b] = values
             mujoco.mj_setConst(model, mujoco.MjData(model))
-            columns.append(_inverse(model, q, qd, qdd))
+            columns.append(inverse(model, q, qd, qdd).ravel())
     model.body_mass[:] = model.body_inertia[:] = 0
     for k in range(model.nv):
         column = np.zeros(q.shape)
@@ -421,16 +426,6 @@ def _unit(i: int) -> tuple[float, np.ndarray, np.ndarray]:
     if i >= 7:
         com[i - 7] = 0.3
     return (2.0 if i == 6 else 1.0), com, inertia
-
-
-def _inverse(model, q, qd, qdd) -> np.ndarray:
-    data = mujoco.MjData(model)
-    out = []
-    for x, v, a in zip(q, qd, qdd, strict=True):
-        data.qpos[:], data.qvel[:], data.qacc[:] = x, v, a
-        mujoco.mj_inverse(model, data)
-        out.append(data.qfrc_inverse.copy())
-    return np.ravel(out)
 
 
 def _without_losses(robot: symgen.Robot) -> symgen.Robot:

@@ -10,7 +10,9 @@ MX1R = MX1 + L1 M2. Arrays q, qd, qdd, tau are (..., 2) in rad, rad/s, rad/s2, N
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -78,6 +80,27 @@ class Arm:
 #: An arm of the paper in a vertical plane, with friction, and the gravity of its file.
 HANGING = Arm(X, MX1R=0.6, g=9.81, FS=np.array([0.25, 0.08]), FV=np.array([0.15, 0.05]))
 IN_PLANE = "[0.0, -9.81, 0.0]"
+
+
+#: What planar2r has in logs of `save_planar2r`.
+PLANAR2R = np.array([1.7, 0.15, 0.3, 0.02])
+
+
+def save_planar2r(
+    path: Path,
+    seed: int,
+    more: Callable[..., np.ndarray | float] | None = None,
+    noise: float = 0.01,
+) -> Path:
+    """Write an npz log of planar2r, with further torques (q, qd, tau) -> (N, 2) and noise."""
+    rng = np.random.default_rng(seed)
+    t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
+    tau = Arm(PLANAR2R).torque(q, qd, qdd)
+    if more is not None:
+        tau = tau + more(q, qd, tau)
+    tau = tau + noise * tau.std(axis=0) * rng.normal(size=tau.shape)
+    np.savez(path, t=t, q=q, qd=qd, tau=tau)
+    return path
 
 
 def sines(t: np.ndarray, a: object, w: object, phase: object = 0.0) -> Arrays:

@@ -11,7 +11,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from oracles.transforms import Arm, column_names, energy_regressor, kinetic_regressor
+from oracles.transforms import Arm, energy_regressor, kinetic_regressor
 from oracles.transforms import mpmath_backend as _backend
 
 MP = mpmath.MPContext()
@@ -96,31 +96,3 @@ def exact_torque_regressor(
     behind = momentum(q - step * qd, qd - step * qdd)
     slope = lagrangian(q + step * unit) - lagrangian(q - step * unit)
     return (ahead - behind - slope) / (2 * step)
-
-
-def exact_rank(arm: Arm, rotor: bool | Sequence[bool] = True, seed: int = 0) -> int:
-    """Rank of random differences h(x) - h(x0), by elimination in 60 digits with full pivoting.
-
-    Raises:
-        ArithmeticError: the pivots do not fall apart by 20 orders of magnitude.
-    """
-    columns = len(column_names(arm, rotor))
-    rng = np.random.default_rng(seed)
-    states = rng.uniform(-2.0, 2.0, (2, columns + 4, arm.n))
-    rows = exact_energy_regressor(arm, states[0], states[1], rotor)
-    work = rows[1:] - rows[0]
-    rank, pivots = 0, []
-    while rank < min(work.shape):
-        size = np.abs(work[rank:, rank:].astype(float))
-        i, j = np.unravel_index(np.argmax(size), size.shape)
-        pivots.append(size[i, j])
-        if size[i, j] < 1e-35:
-            break
-        work[[rank, rank + i]] = work[[rank + i, rank]]
-        work[:, [rank, rank + j]] = work[:, [rank + j, rank]]
-        factors = work[rank + 1 :, rank] / work[rank, rank]
-        work[rank + 1 :, rank:] -= factors[:, None] * work[rank, rank:]
-        rank += 1
-    if rank and min(pivots[:rank]) < 1e-15:
-        raise ArithmeticError(f"pivots without a gap: {min(pivots[:rank]):.1e}")
-    return rank

@@ -343,8 +343,8 @@ HEAVY = (
     torque_delay, clipped, stuck, wrapped, repeated_rows_moved, held, coarse, spikes,
     time_reversed, speeds_scaled, speeds_delayed,
 )  # fmt: skip
-#: Exchange two joints, or concern measured speeds alone.
-PAIRS, SPEEDS = (swapped,), (late_speeds, speeds_scaled, speeds_delayed)
+#: Concern measured speeds alone.
+SPEEDS = (late_speeds, speeds_scaled, speeds_delayed)
 
 
 def light(log: Log, rng: Generator) -> tuple[Log, tuple[Fault, ...]]:

@@ -84,24 +84,6 @@ def torque_regressor(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, L1: float) 
     )
 
 
-def power_regressor(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, L1: float) -> np.ndarray:
-    """Time derivative of the energy row, (..., 4), by the chain rule."""
-    _, q2, qd1, qd2 = _split(q, qd)
-    _, _, a1, a2 = _split(q, qdd)
-    w, a = qd1 + qd2, a1 + a2
-    rate = a * qd1 + w * a1
-    cos, sin = L1 * np.cos(q2), L1 * np.sin(q2)
-    return np.stack(
-        [
-            qd1 * a1,
-            w * a,
-            cos * rate - sin * qd2 * w * qd1,
-            -sin * rate - cos * qd2 * w * qd1,
-        ],
-        axis=-1,
-    )
-
-
 def mass_matrix(q: np.ndarray, X: np.ndarray, L1: float) -> np.ndarray:
     """M(q), (..., 2, 2)."""
     ZZ1R, ZZ2, _, _ = X
@@ -122,18 +104,6 @@ def inverse_dynamics(
     """Torques (..., 2)."""
     M, C = mass_matrix(q, X, L1), coriolis(q, qd, X, L1)
     return (M @ np.asarray(qdd)[..., None] + C @ np.asarray(qd)[..., None])[..., 0]
-
-
-def forward_dynamics(
-    q: np.ndarray, qd: np.ndarray, tau: np.ndarray, X: np.ndarray, L1: float
-) -> np.ndarray:
-    """Accelerations (..., 2), by Cramer's rule."""
-    M, C = mass_matrix(q, X, L1), coriolis(q, qd, X, L1)
-    push = np.asarray(tau) - (C @ np.asarray(qd)[..., None])[..., 0]
-    determinant = M[..., 0, 0] * M[..., 1, 1] - M[..., 0, 1] ** 2
-    first = M[..., 1, 1] * push[..., 0] - M[..., 0, 1] * push[..., 1]
-    second = M[..., 0, 0] * push[..., 1] - M[..., 0, 1] * push[..., 0]
-    return np.stack([first, second], axis=-1) / determinant[..., None]
 
 
 def _coupling(q: np.ndarray, X: np.ndarray, L1: float) -> tuple[np.ndarray, np.ndarray]:

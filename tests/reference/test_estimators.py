@@ -24,6 +24,7 @@ from symgen.estimation.estimators import (
     TotalLeastSquares,
     Wls,
 )
+from symgen.estimation.summary import solve_gram, triangle
 from symgen.estimation.system import Equations, Rows
 from symgen.identification.parameters import read_prior
 from symgen.identification.possible import nearest_possible
@@ -55,6 +56,30 @@ def test_ols_and_its_robust_errors_are_those_of_statsmodels() -> None:
     np.testing.assert_allclose(found.X, expected.params, rtol=1e-10)
     plain, bread = WIDER**2 * expected.cov_params(), np.linalg.inv(W.T @ W)
     np.testing.assert_allclose(found.covariance, at_least_white(plain, bread, W, y), rtol=1e-8)
+
+
+def test_nearly_dependent_columns_are_as_exact_as_by_reflections() -> None:
+    """The products of A lose half the digits, its triangle must not: R^-1 makes A orthogonal."""
+    for apart in (1e-3, 1e-5, 3e-6, 1e-7, 1e-8):
+        A = np.random.default_rng(3).normal(size=(500, 3))
+        A[:, 2] = A[:, 0] + apart * A[:, 2]
+        Q = A @ np.linalg.inv(triangle(A))
+        assert np.abs(Q.T @ Q - np.eye(3)).max() < 1e-15 / apart
+
+
+@pytest.mark.parametrize("apart", [1.0, 1e-2, 1e-4, 3e-5, 0.0])
+def test_products_of_rows_give_the_least_squares_of_numpy_whatever_their_scales(apart) -> None:
+    """The shortest solution in units of the columns, where the rows do not determine it."""
+    rng = np.random.default_rng(1)
+    W = rng.normal(size=(400, 6)) * np.array([1.0, 1e-3, 50.0, 1.0, 7.0, 1e4])
+    W[:, 3] = W[:, 0] + apart * W[:, 3]
+    W[:, 4] *= apart > 0
+    A = np.column_stack([W, rng.normal(size=400)])
+    size = np.maximum(np.linalg.norm(W, axis=0), 1e-9)
+    expected = np.linalg.lstsq(W / size, A[:, 6], rcond=1e-10)[0]
+    error = np.abs(size * solve_gram(A.T @ A) - expected).max()
+    # products have the square of the condition number
+    assert error < 1e-14 / (apart or 1e-2) ** 2 * np.abs(expected).max()
 
 
 def test_wls_is_that_of_statsmodels_with_the_same_weights() -> None:

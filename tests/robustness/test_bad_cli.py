@@ -10,20 +10,9 @@ import threading
 import numpy as np
 import pytest
 from oracles import planar2r
-from support import messages, sampled
+from support import sampled
 
 import symgen
-
-
-@pytest.fixture
-def run(command):
-    """Run the command line in this process; return (exit code, stdout, lines on stderr)."""
-
-    def call(*arguments):
-        code, out, err = command(*arguments)
-        return code, out, messages(err)
-
-    return call
 
 
 @pytest.fixture

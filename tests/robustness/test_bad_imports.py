@@ -114,17 +114,6 @@ def test_a_revolute_joint_cannot_mimic_a_prismatic_one():
 
 
 @pytest.fixture
-def run(command):
-    """Run the command line in this process; return (exit code, stdout, lines on stderr)."""
-
-    def call(*arguments):
-        code, out, err = command(*arguments)
-        return code, out, err.splitlines()
-
-    return call
-
-
-@pytest.fixture
 def good(tmp_path):
     path = tmp_path / "good.urdf"
     path.write_text(GOOD)

@@ -18,6 +18,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from fuzz_seeds import ESTIMATE
 from support import PROJECT, heeds_ctrl_c, messages
 
 import symgen
@@ -27,24 +28,6 @@ from symgen.files import write_folder
 from symgen.identification.parameters import read_parameters
 
 ESCAPE = "\x1b]0;taken\x07\x1b[31m"
-ESTIMATE = {
-    "schema": "symgen.estimate/1",
-    "robot": "planar2r",
-    "model": "energy",
-    "method": "wls",
-    "parameters": [
-        {"name": "ZZ1R", "expression": "ZZ1", "value": 1.0, "std": 0.1, "unit": "kg m2"}
-    ],
-    "condition_number": 3.0,
-    "residual": {
-        "train": {"relative": 0.1, "per_joint": None},
-        "validation": {"relative": 0.1, "per_joint": None},
-    },
-    "cutoff_hz": None,
-    "window_s": 0.2,
-    "verdict": "trusted",
-    "reasons": [],
-}
 
 
 @pytest.fixture

@@ -242,15 +242,6 @@ def test_two_bound_kernels_do_not_share_buffers(backend):
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_friction_columns_are_the_powers_of_the_declared_terms(backend):
-    evaluator = loaded("emps", backend)
-    assert [p.name for p in evaluator.model.base.parameters[-3:]] == ["FS1", "FV1", "OF1"]
-    qd = np.array([[-2.0], [0.0], [0.5]])
-    expected = np.array([[2.0, 4.0, -2.0], [0.0, 0.0, 0.0], [0.5, 0.25, 0.5]])
-    np.testing.assert_array_equal(evaluator.friction_power(np.ones((3, 1)), qd), expected)
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_smooth_coulomb_friction_and_couplings_have_their_columns(backend):
     evaluator = loaded("smooth", backend)
     names = [p.name for p in evaluator.model.base.parameters[evaluator.model.inertial :]]

@@ -79,21 +79,6 @@ def test_other_columns_are_kept_apart_even_when_they_hold_text(tmp_path):
     assert read_log(tmp_path / "a.npz").ignored == ("mode",)
 
 
-NAMES = {"t": "time", "q1": "hip", "q2": "knee", "tau1": "hip Nm", "tau2": "knee Nm"}
-
-
-def test_columns_of_other_names_give_the_same_log(tmp_path):
-    renamed = {NAMES.get(name, name): values for name, values in table().items()}
-    for path in (
-        write_csv(tmp_path / "a.csv", renamed),
-        write_parquet(tmp_path / "a.parquet", renamed),
-    ):
-        assert_holds(read_log(path, reading=Reading(columns=NAMES)))
-    np.savez(tmp_path / "a.npz", time=T, angle=Q, qd=QD, tau=TAU)
-    reading = Reading(columns={"t": "time", "q": "angle"})
-    assert_holds(read_log(tmp_path / "a.npz", reading=reading))
-
-
 def test_a_column_that_another_takes_the_name_of_is_ignored(tmp_path):
     path = write_csv(tmp_path / "a.csv", {**table(), "better": 2 * Q[:, 0]})
     log = read_log(path, reading=Reading(columns={"q1": "better"}))

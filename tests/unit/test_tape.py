@@ -239,21 +239,6 @@ def counted(lines: tuple[str, ...]) -> dict[str, int]:
     }
 
 
-def operations(tape: Tape) -> dict[str, int]:
-    o = tape.operations
-    return {"mul": o.mul, "add": o.add, "div": o.div, "sincos": o.sincos, "other": o.other}
-
-
-@pytest.mark.parametrize("name", ["puma560", "coupled"])
-def test_operation_counts_are_those_of_the_printed_kernels(name):
-    robot = symgen.parse_robot(COUPLED) if name == "coupled" else symgen.read_robot(name)
-    model = symgen.derive(robot)
-    for kernel in model.kernels:
-        geometry = {sp.Symbol(g, real=True): f"{name}_{g}" for g, _ in robot.geometry}
-        printed = Printer(kernel, geometry, robot.values(), "double").function().body
-        assert counted(printed) == operations(kernel.tape)
-
-
 def test_operation_counts_are_those_of_the_generated_files():
     tree = symgen.generate(symgen.derive(symgen.parse_robot(COUPLED)), target="c")
     assert tree.files["coupled_energy_regressor.c"].count(b"_sincos") > 0

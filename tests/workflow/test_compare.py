@@ -4,41 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from browser import Page
-from oracles.planar2r import harmonic_motion, torque_regressor
-from support import messages
+from oracles.arm import save_planar2r
 
 import symgen
 from symgen.estimation.values import Residual
 from symgen.identification.estimate import Estimate, JointLabel, ParameterEstimate
 from symgen.report.store import result_files, result_page
-
-X = np.array([1.7, 0.15, 0.3, 0.02])
-
-
-def write_log(path: Path, seed: int, viscous: float = 0.0) -> Path:
-    """A log of planar2r by hand-written closed form, with 1 % noise or friction on joint 2."""
-    rng = np.random.default_rng(seed)
-    t, q, qd, qdd = harmonic_motion(rng, seed)
-    tau = torque_regressor(q, qd, qdd, 0.5) @ X
-    tau[:, 1] += viscous * qd[:, 1]
-    if not viscous:
-        tau += 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
-    np.savez(path, t=t, q=q, qd=qd, tau=tau)
-    return path
-
-
-@pytest.fixture
-def run(command):
-    def call(*arguments):
-        code, out, err = command(*arguments)
-        return code, out, messages(err)
-
-    return call
 
 
 @pytest.fixture
@@ -55,7 +30,7 @@ def refused(run):
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("logs")
-    return [write_log(folder / f"log{seed}.npz", seed) for seed in (1, 2, 3)]
+    return [save_planar2r(folder / f"log{seed}.npz", seed) for seed in (1, 2, 3)]
 
 
 @pytest.fixture(scope="module")

@@ -9,35 +9,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oracles.planar2r import harmonic_motion, torque_regressor
+from oracles.arm import PLANAR2R, save_planar2r
 
 import symgen
 from symgen.robot.effect import definitions
 
 SPRING = 0.4
-X = np.array([1.7, 0.15, 0.3, 0.02])
 
 
-def write_log(path: Path, seed: int, spring: float = SPRING) -> Path:
-    """A log of planar2r from the hand-written closed form, with a spring on joint 2 and noise."""
-    rng = np.random.default_rng(seed)
-    t, q, qd, qdd = harmonic_motion(rng, seed)
-    tau = torque_regressor(q, qd, qdd, 0.5) @ X
-    tau[:, 1] += spring * (q[:, 1] - 0.2)
-    tau += 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
-    np.savez(path, t=t, q=q, qd=qd, tau=tau)
-    return path
+def sprung(path: Path, seed: int) -> Path:
+    """A log of planar2r with a spring on joint 2."""
+    return save_planar2r(path, seed, lambda q, *_: SPRING * (q - 0.2) * [0, 1])
 
 
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("logs")
-    return write_log(folder / "train.npz", 1), write_log(folder / "test.npz", 2)
-
-
-@pytest.fixture(scope="module")
-def clean(tmp_path_factory):
-    return write_log(tmp_path_factory.mktemp("clean") / "clean.npz", 3, spring=0.0)
+    return sprung(folder / "train.npz", 1), sprung(folder / "test.npz", 2)
 
 
 @pytest.fixture
@@ -100,7 +88,7 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
 
 def test_the_first_plot_shows_the_hidden_spring_and_that_it_is_gone(logs, tmp_path):
     known, names = tmp_path / "known.toml", ("ZZ1R", "ZZ2", "MX2", "MY2")
-    lines = (f"{name} = {value}\n" for name, value in zip(names, X, strict=True))
+    lines = (f"{name} = {value}\n" for name, value in zip(names, PLANAR2R, strict=True))
     known.write_text("[parameters]\n" + "".join(lines))
     found = symgen.diagnose(
         *("planar2r", logs[0]), validation=logs[1], parameters=known, effects=["gravity_spring"]
@@ -116,7 +104,7 @@ def test_the_first_plot_shows_the_hidden_spring_and_that_it_is_gone(logs, tmp_pa
 
 
 def test_the_residuals_are_those_of_the_repaired_log(tmp_path):
-    paths = [write_log(tmp_path / f"{seed}.npz", seed) for seed in (1, 2)]
+    paths = [sprung(tmp_path / f"{seed}.npz", seed) for seed in (1, 2)]
     for path in paths:  # torques that come 30 ms late
         log = dict(np.load(path))
         late = np.clip(log["t"] - 0.03, log["t"][0], None)

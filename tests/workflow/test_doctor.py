@@ -14,7 +14,11 @@ from symgen.runtime import doctor
 
 
 def _named() -> dict[str, doctor.Finding]:
-    return {f.name: f for f in doctor.examine()}
+    forget_compilers()
+    try:
+        return {f.name: f for f in doctor.examine()}
+    finally:
+        forget_compilers()
 
 
 def test_everything_that_is_needed_is_found_here() -> None:
@@ -26,11 +30,7 @@ def test_everything_that_is_needed_is_found_here() -> None:
 
 def test_a_missing_compiler_is_said_and_is_no_fault(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SYMGEN_CC", "none")
-    forget_compilers()
-    try:
-        found = _named()["C compiler"]
-    finally:
-        forget_compilers()
+    found = _named()["C compiler"]
     assert found.well
     assert found.found.startswith("none")
     assert "symgen[cc]" in found.advice
@@ -44,11 +44,7 @@ def test_a_compiler_that_asks_for_declarations_is_well(
     monkeypatch.setenv("SYMGEN_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("SYMGEN_CC", "cc -Werror=implicit-function-declaration")
     monkeypatch.setenv("SYMGEN_FLAGS", "plain")
-    forget_compilers()
-    try:
-        found = _named()["C compiler"]
-    finally:
-        forget_compilers()
+    found = _named()["C compiler"]
     assert "fails" not in found.found
     assert found.advice == ""
 

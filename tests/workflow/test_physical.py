@@ -7,6 +7,7 @@ import random
 import numpy as np
 import pytest
 from oracles.random_arms import random_arm, random_parameters
+from packages import RICH
 from support import PROJECT, robot_of, sampled
 
 import symgen
@@ -20,33 +21,6 @@ DRIVES = ("IA", "IAM", "FS", "FV", "FSM", "FVM")
 L1 = 0.5
 #: planar2r: a mass M2 with ZZ2 M2 > MX2^2 + MY2^2 and L1^2 M2 < ZZ1R must exist.
 POSSIBLE = np.array([1.702, 0.05644, 0.15, 0.075])
-EVERYTHING = """
-[robot]
-name = "everything"
-gravity = [1.5, 0.0, -9.81]
-[geometry]
-L1 = 0.4
-[[joint]]
-[[joint]]
-alpha = "pi/2"
-d = "L1"
-[[joint]]
-sigma = 1
-alpha = "-pi/2"
-r = "L1/3"
-friction = ["coulomb", "viscous", "offset"]
-[[joint]]
-sigma = 2
-antecedent = 1
-gamma = 0.7
-d = "sqrt(2)*L1"
-[[joint]]
-theta = "pi/3"
-[[coupling]]
-joints = [1, 2]
-[payload]
-joint = 5
-"""
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +115,7 @@ def test_links_at_the_limit_of_the_possible_stay_near_those_of_the_file() -> Non
 
 
 def test_trees_couplings_payload_and_named_lengths() -> None:
-    model = symgen.derive(symgen.parse_robot(EVERYTHING))
+    model = symgen.derive(symgen.parse_robot(RICH))
     X = np.array(physical_parameters(model, random.Random(5)))
     found = symgen.link_parameters(model, X)
     require_values(found, model, X)
@@ -191,7 +165,7 @@ def test_bad_arguments_are_refused_in_words(planar, change, words) -> None:
 
 
 def test_bodies_are_those_of_point_masses() -> None:
-    robot = symgen.parse_robot(EVERYTHING)
+    robot = symgen.parse_robot(RICH)
     draw = np.random.default_rng(1)
     values: dict[str, float] = {}
     loads = {}

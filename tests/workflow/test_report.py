@@ -177,21 +177,6 @@ def test_same_estimate_gives_the_same_page(html: str) -> None:
     assert result_page(synthetic()) == html
 
 
-def test_hostile_names_add_no_element(html: str) -> None:
-    spoiled = synthetic(robot=HOSTILE, log=HOSTILE)
-    first = replace(spoiled.parameters[0], name=HOSTILE, expression=HOSTILE, unit=HOSTILE)
-    spoiled = replace(
-        spoiled,
-        parameters=(first, *spoiled.parameters[1:]),
-        reasons=(Reason("error", text=HOSTILE),),
-        notes=(HOSTILE,),
-        provenance=((HOSTILE, HOSTILE), *spoiled.provenance[1:]),
-    )
-    page = Page(result_page(spoiled))
-    assert [tag for tag, _ in page.tags] == [tag for tag, _ in Page(html).tags]
-    assert not any(key.startswith("on") for _, attrs in page.tags for key in attrs)
-
-
 def test_sparse_estimate_has_a_page() -> None:
     bare = synthetic()
     zero = replace(bare.parameters[0], value=0.0)

@@ -132,18 +132,6 @@ def test_the_sign_of_a_rounding_at_a_rest_is_no_direction_of_motion() -> None:
         assert abs(p["value"] - other["value"]) < 0.01 * p["std"], p["name"]
 
 
-def braked(log: clean_runs.Log, name: str) -> symgen.Log:
-    """Brakes hold a robot that stands: its motors are off, and give noise alone."""
-    change = np.abs(np.gradient(log.q, log.t, axis=0))
-    half = round(0.1 / float(np.median(np.diff(log.t))))
-    slow = np.max([np.convolve(v, np.ones(half) / half, "same") for v in change.T], axis=0)
-    still = np.convolve(slow < 5e-3, np.ones(2 * half), "same") > 2 * half - 1
-    tau, rng = log.tau.copy(), np.random.default_rng(5)
-    noise = 0.005 * np.std(tau, axis=0) * rng.normal(size=tau.shape)
-    tau[still] = noise[still]
-    return symgen.make_log(name, log.t, log.q, tau, log.qd)
-
-
 def test_weights_travel_with_the_band() -> None:
     band = Band(250.0, 8.0, 3.0, "measured", Rests((0.02, -1.0), (0.05, 1.0)))
     content, file = as_json(band), Path("estimate.json")
@@ -153,32 +141,3 @@ def test_weights_travel_with_the_band() -> None:
     for weight in (0.0, 1.5):
         with pytest.raises(symgen.ParameterError, match="rests"):
             from_json(Band, content | {"rests": {"slow": [0.1], "weight": [weight]}}, file)
-
-
-@pytest.mark.slow
-def test_moves_between_points_of_many_arms(capsys: pytest.CaptureFixture[str]) -> None:
-    """Twenty draws over all arms: printed, what plain least squares gives at its best beside."""
-    rows = []
-    for seed in range(100, 120):
-        arm = sorted(clean_runs.ARMS)[seed % len(clean_runs.ARMS)]
-        run = resting.run(seed, arm)
-        estimate = simulated_runs.identified(run)
-        band = estimate["band"]["comparison_hz"]
-        truth, log = simulated_runs.Truth(run, band), run.train
-        even = engineer.even(log.t, log.q, log.qd, log.tau)
-        kernel = simulated_runs.evaluator(run.robot_toml)["torque_regressor"]
-        plain = min(
-            truth.error(engineer.least_squares(*engineer.equations(kernel, even, hz, band)))
-            for hz in (3.0, 5.0, 10.0)
-        )
-        rows.append((true_error(run, estimate), plain))
-        with capsys.disabled():
-            said = 100 * estimate["torque_residual"]["validation"]["relative"]
-            own, other = (100 * x for x in rows[-1])
-            print(
-                f"{seed} {arm}, {100 * run.drawn['resting']:.0f} % at rest: "
-                f"{estimate['verdict']}, says {said:.3g} %, is {own:.3g} %, plain {other:.3g} %"
-            )
-    own, plain = np.array(rows).T
-    assert np.median(own / plain) < 0.2
-    assert np.mean(own < plain) >= 0.9

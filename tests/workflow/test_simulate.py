@@ -408,24 +408,15 @@ def files(tmp_path: Path) -> list[str]:
     return ["simulate", str(tmp_path / "slider.toml"), "--parameters", str(tmp_path / "P.toml")]
 
 
-def _main(monkeypatch, *arguments: object) -> int:
-    from symgen.cli import main
-
-    monkeypatch.setattr("sys.argv", ["symgen", *map(str, arguments)])
-    with pytest.raises(SystemExit) as left:
-        main()
-    return int(left.value.code or 0)
-
-
-def test_the_command_writes_logs_that_symgen_reads(files, tmp_path: Path, monkeypatch) -> None:
+def test_the_command_writes_logs_that_symgen_reads(files, tmp_path: Path, command) -> None:
     out = tmp_path / "new" / "log.csv"
     more = ["--duration", "2", "--rate", "200", "--encoder", "1e-5", "--runs", "2"]
-    assert _main(monkeypatch, *files, *more, "--into", out) == 0
+    assert command(*files, *more, "--into", out)[0] == 0
     assert sorted(p.name for p in out.parent.iterdir()) == ["log_1.csv", "log_2.csv"]
     log = symgen.read_log(out.with_name("log_1.csv"), 1)
     assert len(log.t) == 401
     again = tmp_path / "again.npz"
-    assert _main(monkeypatch, *files, *more[:-2], "--into", again) == 0
+    assert command(*files, *more[:-2], "--into", again)[0] == 0
     assert np.allclose(symgen.read_log(again, 1).q, log.q, rtol=1e-11)
 
 
@@ -443,29 +434,30 @@ def test_the_command_writes_logs_that_symgen_reads(files, tmp_path: Path, monkey
     ],
 )
 def test_what_cannot_be_is_one_line_and_no_file(
-    files, tmp_path: Path, monkeypatch, capsys, more: list[str], told: str
+    files, tmp_path: Path, monkeypatch, command, more: list[str], told: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("P.toml.csv").write_text("mine")
     before = sorted(tmp_path.iterdir())
-    assert _main(monkeypatch, *files, *more) == 2
-    error = [line for line in capsys.readouterr().err.splitlines() if "error:" in line]
+    code, _, err = command(*files, *more)
+    assert code == 2
+    error = [line for line in err.splitlines() if "error:" in line]
     assert len(error) == 1
     assert told in error[0]
     assert sorted(tmp_path.iterdir()) == before
     assert Path("P.toml.csv").read_text() == "mine"
 
 
-def test_a_trajectory_file_is_followed_and_torques_are_played(files, tmp_path, monkeypatch) -> None:
+def test_a_trajectory_file_is_followed_and_torques_are_played(files, tmp_path, command) -> None:
     t = np.arange(0, 1.0005, 0.01)
     wanted = 0.1 * np.sin(3 * t) ** 3
     rows = [f"{a:.12g},{b:.12g}" for a, b in zip(t, wanted, strict=True)]
     (tmp_path / "q.csv").write_text("\n".join(["t,q1", *rows]))
     out = tmp_path / "a.csv"
     fast = ["--trajectory", tmp_path / "q.csv", "--bandwidth", "300"]
-    assert _main(monkeypatch, *files, *fast, "--into", out) == 0
+    assert command(*files, *fast, "--into", out)[0] == 0
     log = symgen.read_log(out, 1)
     assert np.abs(log.q[:, 0] - wanted).max() < 1e-4
-    assert _main(monkeypatch, *files, "--torque", out, "--into", tmp_path / "b.csv") == 0
+    assert command(*files, "--torque", out, "--into", tmp_path / "b.csv")[0] == 0
     replayed = symgen.read_log(tmp_path / "b.csv", 1)
     assert np.abs(replayed.q - log.q).max() < 0.01

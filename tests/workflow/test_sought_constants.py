@@ -9,12 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oracles.planar2r import harmonic_motion, torque_regressor
+from oracles.arm import save_planar2r
 from support import sampled
 
 import symgen
 
-X = np.array([1.7, 0.15, 0.3, 0.02])
 HIDDEN = {
     "quadratic drag": lambda _, qd: -0.4 * qd * np.abs(qd),
     "spring": lambda q, _: -3 * (q - 0.1),
@@ -39,16 +38,6 @@ REFUSED = {
 }
 
 
-def _log(path: Path, seed: int, hidden: str) -> Path:
-    rng = np.random.default_rng(seed)
-    t, q, qd, qdd = harmonic_motion(rng, seed)
-    tau = torque_regressor(q, qd, qdd, 0.5) @ X + (0.2 * qd if hidden == "ripple" else 0.0)
-    tau[:, 0] -= HIDDEN[hidden](q[:, 0], qd[:, 0])
-    tau += 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
-    np.savez(path, t=t, q=q, qd=qd, tau=tau)
-    return path
-
-
 def _diagnosed(command, folder: Path, hidden: str, torque: str, linear: str, ranges: str) -> dict:
     """Return diagnosis.json of the command line on logs with a hidden torque."""
     plain = symgen.read_robot("planar2r")
@@ -61,7 +50,13 @@ def _diagnosed(command, folder: Path, hidden: str, torque: str, linear: str, ran
     )
     robot = folder / "robot.toml"
     robot.write_text(text + effect)
-    train, test = _log(folder / "train.npz", 1, hidden), _log(folder / "test.npz", 2, hidden)
+    rubbing = 0.2 if hidden == "ripple" else 0.0
+
+    def more(q: np.ndarray, qd: np.ndarray, _: np.ndarray) -> np.ndarray:
+        return rubbing * qd - np.outer(HIDDEN[hidden](q[:, 0], qd[:, 0]), [1, 0])
+
+    paths = folder / "train.npz", folder / "test.npz"
+    train, test = (save_planar2r(path, seed, more) for seed, path in enumerate(paths, 1))
     into = folder / "out"
     code, out, err = command(
         "diagnose", robot, train, "--validation", test, "--effects", "own", "--into", into

@@ -7,20 +7,18 @@ the hidden effect is added here.
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from oracles.planar2r import harmonic_motion, torque_regressor
+from oracles.arm import save_planar2r
+from support import messages
 
 import symgen
-from symgen import cli
 from symgen.diagnosis.workflow import diagnose
 from symgen.errors import ParameterError, RobotError
 
-X = np.array([1.7, 0.15, 0.3, 0.02])
 A, C, W = 15.0, 0.31, 0.18
 DETENT = """
 [[effect]]
@@ -42,18 +40,6 @@ def _ripple(q: np.ndarray, *_: np.ndarray) -> np.ndarray:
     return 0.8 * np.sin(7.3 * q[:, 0])
 
 
-def _log(path: Path, seed: int, hidden: Torque | None, joint: int = 1) -> Path:
-    """Write a log of planar2r with a torque ON a joint that the model does not have, and noise."""
-    rng = np.random.default_rng(seed)
-    t, q, qd, qdd = harmonic_motion(rng, seed)
-    tau = torque_regressor(q, qd, qdd, 0.5) @ X
-    if hidden is not None:
-        tau[:, joint - 1] -= hidden(q, qd, tau)
-    tau += 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
-    np.savez(path, t=t, q=q, qd=qd, tau=tau)
-    return path
-
-
 def _robot(effects: str) -> symgen.Robot:
     return symgen.parse_robot(symgen.robot_toml(symgen.read_robot("planar2r")) + effects)
 
@@ -66,7 +52,8 @@ def logs(tmp_path_factory) -> Callable[[Torque | None], tuple[Path, Path]]:
         name = getattr(hidden, "__name__", "clean")
         paths = folder / f"{name}_train.npz", folder / f"{name}_test.npz"
         if not paths[0].exists():
-            _log(paths[0], 1, hidden), _log(paths[1], 2, hidden)
+            for seed, path in enumerate(paths, 1):
+                save_planar2r(path, seed, hidden and (lambda q, *_: np.outer(hidden(q), [-1, 0])))
         return paths
 
     return made
@@ -187,22 +174,18 @@ nonlinear = { k = [1, 2] }
         _robot(SOUGHT + second)
 
 
-@pytest.mark.parametrize("command", ["generate", "identify", "predict"])
-def test_a_command_that_needs_a_model_refuses_a_range(
-    command: str, logs, tmp_path: Path, monkeypatch, capsys
-) -> None:
+@pytest.mark.parametrize("verb", ["generate", "identify", "predict"])
+def test_a_command_that_needs_a_model_refuses_a_range(verb: str, logs, tmp_path, command) -> None:
     (tmp_path / "robot.toml").write_text(symgen.robot_toml(_robot(SOUGHT)))
     (tmp_path / "given.toml").write_text("[parameters]\nZZ1R = 1\nZZ2 = 1\nMX2 = 1\nMY2 = 1\n")
-    arguments = [command, tmp_path / "robot.toml", "--into", tmp_path / "out"]
-    if command != "generate":
+    arguments = [verb, tmp_path / "robot.toml", "--into", tmp_path / "out"]
+    if verb != "generate":
         arguments.insert(2, logs(None)[0])
-    if command == "predict":
+    if verb == "predict":
         arguments += ["--parameters", tmp_path / "given.toml"]
-    monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
-    with pytest.raises(SystemExit) as caught:
-        cli.main()
-    assert caught.value.code == 2
-    (line,) = [x for x in capsys.readouterr().err.splitlines() if not x.startswith("  ")]
+    code, _, err = command(*arguments)
+    assert code == 2
+    (line,) = messages(err)
     for words in ("'detent'", "joint 1", " c ", "[-0.5, 0.9]", "symgen diagnose", "a number"):
         assert words in line
     assert not (tmp_path / "out").exists()
@@ -223,24 +206,19 @@ def test_a_torque_that_is_not_finite_on_the_logs_is_refused(logs) -> None:
 
 
 def test_the_command_writes_a_robot_that_every_other_command_takes(
-    logs, tmp_path: Path, monkeypatch, capsys
+    logs, tmp_path: Path, command
 ) -> None:
     train, test = logs(_bump)
     (tmp_path / "robot.toml").write_text(symgen.robot_toml(_robot(SOUGHT)))
 
-    def run(*arguments: object) -> int:
-        monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
-        with pytest.raises(SystemExit) as caught:
-            cli.main()
-        return int(caught.value.code or 0)
-
     out = tmp_path / "out"
     options = ("--validation", test, "--effects", "detent,torque_offset", "--into", out)
-    assert run("diagnose", tmp_path / "robot.toml", train, *options) == 0
-    assert "detent" in capsys.readouterr().out
+    code, said, _ = command("diagnose", tmp_path / "robot.toml", train, *options)
+    assert code == 0
+    assert "detent" in said
     content = json.loads((out / "diagnosis.json").read_text())
     assert content["effects"][0]["expression"] == "-(q1 - c)*A*exp(-(q1 - c)**2/w**2)"
     assert content["effects"][0]["in_robot_toml"]
     given = ("--parameters", out / "parameters.toml", "--into", tmp_path / "prediction")
-    assert run("predict", out / "robot.toml", test, *given) == 0
+    assert command("predict", out / "robot.toml", test, *given)[0] == 0
     assert (out / "generated" / "planar2r.h").is_file()
