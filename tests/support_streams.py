@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from oracles import planar2r
 from oracles.arm import Arm, X, sines
 
 import symgen
@@ -37,9 +38,5 @@ def parquet(path: Path, columns: dict[str, np.ndarray], rows: int = 700) -> Path
 
 
 def robot() -> symgen.Robot:
-    return symgen.parse_robot(
-        '[robot]\nname = "p"\nconvention = "modified-dh"\ngravity = [0.0, 0.0, -9.81]\n'
-        '[[joint]]\nsigma = 0\nfriction = ["viscous"]\nrotor_inertia = false\n'
-        '[[joint]]\nsigma = 0\nd = 0.5\nfriction = ["viscous"]\nrotor_inertia = false\n',
-        "p",
-    )
+    joint = 'friction = ["viscous"]\nrotor_inertia = false'
+    return symgen.parse_robot(planar2r.robot_toml("p", joint), "p")

@@ -426,18 +426,6 @@ class TestIdentifier:
         windows = (399 - DELAY) // apart - (mode == "sliding")
         assert abs(counts[-1] - 2 * windows) <= 1  # the last equation may still be to come
 
-    def test_run_is_restart_then_steps(self, package):
-        c, t = package("rub"), stamps(300, True)
-        q, qd, tau = motion(t, X_RUB)
-        one, two = c.identifier("sliding", 50), c.identifier("sliding", 50)
-        for memory in (one, two):
-            assert c.run(memory, t[:70], q[:70], qd[:70], tau[:70]) == 0
-        assert c.run(one, t[70:], q[70:], qd[70:], tau[70:]) == 0
-        c.identifier_restart(two)
-        for k in range(70, 300):
-            assert c.step(two, q[k], qd[k], tau[k], t[k] - t[k - 1] if k > 70 else np.nan) == 0
-        assert c.bytes(one) == c.bytes(two)
-
     def test_undetermined_parameter_is_named(self, package):
         """Joint 1 held still: ZZ1R is never excited."""
         c, t = package("arm"), stamps(200, False)
@@ -724,15 +712,6 @@ class TestGuard:
         assert c.run(memory, t, *motion(t, X_RUB, 1e-3)) == 0
         assert c.run(memory, t, *motion(t, other, 1e-3)) == 0
         np.testing.assert_allclose(c.read(memory)[1], other, rtol=0.05)
-
-    def test_a_glitch_of_an_encoder_does_no_harm(self, package):
-        c = package("rub")
-        memory = c.identifier("sliding", 20)
-        (q, qd, tau, dt), *good = self.learned(c, memory, 100)
-        assert c.step(memory, q, qd + [1e6, 0], tau, dt) == 0
-        for sample in good:
-            assert c.step(memory, *sample) == 0
-        np.testing.assert_allclose(c.read(memory)[1], X_RUB, rtol=0.02)
 
 
 class TestFloat:

@@ -14,7 +14,7 @@ from packages import STRICT, STRICT_CXX, c_files, run, write
 
 import symgen
 
-CC, GCC, CLANG, GXX = (shutil.which(tool) for tool in ("cc", "gcc", "clang", "g++"))
+CC, GXX = (shutil.which(tool) for tool in ("cc", "g++"))
 CMAKE, CTEST, NM = (shutil.which(tool) for tool in ("cmake", "ctest", "nm"))
 needs_cc = pytest.mark.skipif(CC is None, reason="no C compiler (cc) on this machine")
 needs_gxx = pytest.mark.skipif(GXX is None, reason="no C++ compiler (g++) on this machine")

@@ -28,7 +28,7 @@ from symgen.identification.estimate import (
     ParameterEstimate,
 )
 
-CC, GXX = shutil.which("cc"), shutil.which("g++")
+CC = shutil.which("cc")
 NAME = "scara"
 HOSTILE = "*/ #error x /*/ \\\n???/"
 Q, QD, QDD = [0.3, -0.7, 0.1, 1.1], [1.0, -0.5, 0.2, 2.0], [0.4, 3.0, -1.0, 0.5]

@@ -25,7 +25,6 @@ from oracles.hidden.simulate import Run, inverse, simulate
 from studies.hidden.cases import Case, case
 from studies.hidden.sizes import SMALL, place, rms
 
-pytestmark = pytest.mark.slow
 ROBOTS = tuple(MACHINES)
 MEASURING = ("saturation", "drive_gain_error", "time_delay", "velocity_sensor_error")
 pytestmark = pytest.mark.slow

@@ -10,6 +10,7 @@ import threading
 import numpy as np
 import pytest
 from oracles import planar2r
+from oracles.arm import sines
 from support import sampled
 
 import symgen
@@ -32,12 +33,7 @@ def refused(run):
 def samples():
     """A clean log of planar2r: t, q, qd, tau."""
     t = np.arange(0, 4, 0.005)
-    w = np.array([[1.3, 1.7], [3.1, 4.3]])
-    a = np.array([[1.0, 0.8], [0.4, 0.3]])
-    q, qd, qdd = (
-        sum(a[k] * w[k] ** d * f(w[k] * t[:, None]) for k in (0, 1))
-        for d, f in ((0, np.sin), (1, np.cos), (2, lambda x: -np.sin(x)))
-    )
+    q, qd, qdd = sines(t, [[1.0, 0.8], [0.4, 0.3]], [[1.3, 1.7], [3.1, 4.3]])
     X = np.array([3.5, 0.06, 0.124, 0.006])
     tau = planar2r.inverse_dynamics(q, qd, qdd, X, 0.5)
     return {"t": t, "q": q, "qd": qd, "tau": tau}

@@ -45,17 +45,6 @@ def model():
     return symgen.derive("planar2r")
 
 
-def test_derive_takes_what_load_takes(model, tmp_path) -> None:
-    robot = symgen.read_robot("planar2r")
-    assert symgen.derive(robot) == model
-    path = tmp_path / "robot.toml"
-    path.write_text(symgen.robot_toml(robot))
-    assert symgen.derive(path) == model
-    assert symgen.derive(str(path)) == model
-    with pytest.raises(symgen.RobotError, match="no such file or library robot"):
-        symgen.derive("planar9r")
-
-
 def test_a_repr_is_one_short_line(model) -> None:
     assert repr(model.robot) == "<Robot planar2r: 2 of 2 joints movable>"
     assert repr(model) == "<Model planar2r: 2 joints, 4 base parameters>"

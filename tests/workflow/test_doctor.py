@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -57,21 +56,13 @@ def test_a_missing_library_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.advice == "pip install casadi"
 
 
-def test_the_command_prints_a_table_and_ends_with_0() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "symgen", "doctor"], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert "C compiler" in done.stdout
-    assert "casadi" in done.stdout
-
-
 def test_what_to_do_is_whole_in_a_narrow_terminal(monkeypatch: pytest.MonkeyPatch, command) -> None:
     known = doctor.util.find_spec
     monkeypatch.setattr(doctor.util, "find_spec", lambda n: None if n == "mujoco" else known(n))
     monkeypatch.setenv("COLUMNS", "40")
     code, out, _ = command("doctor")
     assert code == 0
+    assert "C compiler" in out
     assert "mujoco: pip install 'symgen[mjcf]'" in out.splitlines()
 
 

@@ -17,7 +17,7 @@ import symgen
 from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.system import window_equations
-from symgen.report.store import result_files, result_page
+from symgen.report.store import result_files
 
 
 def _motion(step: float, seconds: float, friction: float = 0.0) -> symgen.Log:
@@ -29,8 +29,9 @@ def _motion(step: float, seconds: float, friction: float = 0.0) -> symgen.Log:
 
 @pytest.mark.parametrize(
     ("model", "step", "window"),
-    sampled([(m, s, w) for m in ("auto", "energy") for s in (0.001, 0.02, 0.0622)
-             for w in (0.2, 1.0)], 4),
+    sampled([(m, s, w) for m in ("auto", "energy", "momentum", "torque")
+             for s in (0.001, 0.02, 0.0622) for w in (0.2, 1.0)], 4,
+            always=[("momentum", 0.001, 0.2), ("torque", 0.001, 0.2)]),
 )  # fmt: skip
 def test_noise_free_data_return_the_parameters(model: str, step: float, window: float) -> None:
     estimate = symgen.identify(
@@ -171,13 +172,6 @@ class TestRealLogs:
 
 
 class TestOtherModels:
-    @pytest.mark.parametrize("model", ["momentum", "torque"])
-    def test_noise_free_data_return_the_parameters(self, model: str) -> None:
-        estimate = symgen.identify("planar2r", _motion(0.002, 16.0), model=model)
-        assert np.abs(estimate.X / X - 1).max() < 1e-4
-        assert estimate.train.per_joint is not None
-        assert len(result_page(estimate)) > 10_000
-
     @pytest.mark.parametrize("model", sampled(["auto", "momentum", "torque"], 0, always=["auto"]))
     def test_emps_is_within_three_percent_of_the_published_values(self, model: str) -> None:
         folder = data_folder() / "emps"
