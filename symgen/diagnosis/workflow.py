@@ -515,8 +515,9 @@ def _reasons(promised: Identified | None) -> tuple[Reason, ...]:
         return ()
     estimate = promised.estimate
     physical = [estimate.physical.reason] if estimate.physical.reason else []
-    serious = (r for r in (*physical, *estimate.suspected) if r.kind in _SERIOUS)
-    return *estimate.reasons, *(r for r in serious if not estimate.has(r.kind))
+    others = (*physical, *estimate.suspected)
+    serious = (r for r in others if r.kind in _SERIOUS and not estimate.has(r.kind))
+    return *estimate.reasons, *serious
 
 
 def _verdict(

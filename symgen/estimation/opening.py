@@ -240,8 +240,9 @@ def _shift(log: Samples, other: Samples, direction: int) -> Any:
 
     some = other.cut(slice(None, None, 1 + len(other.t) // _SHIFTS))
     t = direction * some.t
-    known, ends = interpolated(log.t, log.q), log.t[[0, -1]] - np.sort(t)[[0, -1]]
-    return brute(lambda s: np.std(known(t + s) - some.q), [ends], Ns=_SHIFTS)
+    known = interpolated(log.t, log.q)
+    shifts = log.t[[0, -1]] - np.sort(t)[[0, -1]]
+    return brute(lambda s: np.std(known(t + s) - some.q), [shifts], Ns=_SHIFTS)
 
 
 def samples_digest(samples: Samples) -> str:
