@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -201,19 +200,20 @@ def require_other_data(train: Sequence[Samples], held_out: Sequence[Samples]) ->
     """
     logs = [*train, *held_out]
     for k, other in enumerate((*train, *held_out)):
-        for log, direction in itertools.product(train[:k], (1, -1)):
-            then = direction * other.t + _shift(log, other, direction)
-            pairs = (log.tau, other.tau), (log.q, other.q)
-            if all(_is_copy(log.t, x, then, y) for x, y in pairs):
-                what = f"{other.name}: holds the same data as the training log {log.name}"
-                refuse(what, "another log, or no validation log (the last fifth is held out then)")
-            centre = log.q.mean(axis=0)
-            if _is_copy(log.t, log.q - centre, then, other.q - centre, _SAME_PATH):
-                note = (
-                    f"{other.name}: repeats the path of the training log {log.name}; errors on "
-                    "other motions may be larger"
-                )
-                logs[k] = replace(other, notes=(*other.notes, note))
+        for log in train[:k]:
+            for direction in (1, -1):
+                then = direction * other.t + _shift(log, other, direction)
+                pairs = (log.tau, other.tau), (log.q, other.q)
+                if all(_is_copy(log.t, x, then, y) for x, y in pairs):
+                    what = f"{other.name}: holds the same data as the training log {log.name}"
+                    refuse(what, "another log, or no validation log (the last fifth is held out)")
+                centre = log.q.mean(axis=0)
+                if _is_copy(log.t, log.q - centre, then, other.q - centre, _SAME_PATH):
+                    note = (
+                        f"{other.name}: repeats the path of the training log {log.name}; errors "
+                        "on other motions may be larger"
+                    )
+                    logs[k] = replace(other, notes=(*other.notes, note))
     return logs[len(train) :]
 
 

@@ -191,14 +191,14 @@ def motion_changes(robot: Robot, loud: frozenset[int]) -> Iterator[list[Change]]
         yield [geared_by(j, r) for r in _RATIOS]
     for some in _sets(driven):
         if loud.issuperset(some[1:]):
-            turn = {*turning}.issuperset(some)  # the names are those of torques
+            named = {*turning}.issuperset(some) and robot.drive is None  # N m in the log
             yield [
                 Change(
                     rows["wrong_unit"],
                     some,
                     {"tau": 1 / f},
                     (Size("factor", f, ""),),
-                    unit=name * turn,
+                    unit=name * named,
                 )
                 for f, name in _UNITS.items()
             ]
