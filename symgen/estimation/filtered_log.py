@@ -107,6 +107,11 @@ class FilteredLog:
         """(N, n) accelerations: the derivative of the speeds, rad/s2 (m/s2)."""
         if self.slopes is not None and self.slopes[0] is self.qd:
             return self.slopes[1]
+        return self.rates
+
+    @cached_property
+    def rates(self) -> FloatArray:
+        """(N, n) derivative of the speeds by a spline, rad/s2 (m/s2)."""
         return differentiate(self.qd, self.step)
 
     @property

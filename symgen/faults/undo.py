@@ -127,6 +127,9 @@ def rearranged(
         samples[key] = _taken(getattr(log.samples, key), order) * factor
         if key != "tau":  # torques in the band are computed from the samples
             motion[key] = _taken(getattr(log, key), order) * factor
+    if "qd" in motion:
+        qdd = _taken(log.rates, order) * factors["qd"]
+        motion["slopes"] = motion["qd"], qdd
     return replace(log, samples=replace(log.samples, **samples), **motion)
 
 
