@@ -127,9 +127,8 @@ def rearranged(
         samples[key] = _taken(getattr(log.samples, key), order) * factor
         if key != "tau":  # torques in the band are computed from the samples
             motion[key] = _taken(getattr(log, key), order) * factor
-    if "qd" in motion:
-        qdd = _taken(log.rates, order) * factors["qd"]
-        motion["slopes"] = motion["qd"], qdd
+        if key == "qd":
+            motion["slopes"] = motion[key], _taken(log.rates, order) * factor
     return replace(log, samples=replace(log.samples, **samples), **motion)
 
 

@@ -347,58 +347,50 @@ def _loose(robot: Robot) -> Iterator[Candidate]:
 def _across(j: int, s: FilteredLog, torques: Torques, constants: Constants) -> Columns:
     """Return the change of all joint torques due to a play, divided by its width."""
     width = constants["width"]
-    rigid, flank, pull = _pull(j, s, torques)
-    finer = _finer(s)
-    lead = _lead(flank, pull, s.step / finer, width)[::finer]
+    rigid, pull = _pull(j, s, torques)
+    lead = _lead(pull, s.step, width)
     rate = np.gradient(lead, s.step)
     along = np.stack([lead, rate, np.gradient(rate, s.step)])
     return _column((torques.moved(s, j, -along) - rigid) / width)
 
 
-def _finer(s: FilteredLog) -> int:
-    """Return the number of integration steps from sample to sample while a play is crossed."""
-    return max(1, int(np.ceil(s.step / _FINE)))
-
-
 @lru_cache(maxsize=8)
-def _pull(
-    j: int, s: FilteredLog, torques: Torques
-) -> tuple[FloatArray, FloatArray, Sequence[float]]:
-    """Return the torque of the links, and the flank in contact and the pull of `_lead`."""
+def _pull(j: int, s: FilteredLog, torques: Torques) -> tuple[FloatArray, FloatArray]:
+    """Return the torque of the links, and the acceleration at which a free link lags behind."""
     unit = np.array([[0.0], [0.0], [1.0]])
     rigid = torques.rigid(s)
     inertia = (torques.moved(s, j, unit) - rigid)[:, j]
     least = _LIGHT * np.abs(inertia).max(initial=1e-300)
-    pull = rigid[:, j] / np.maximum(inertia, least)
-    finer = _finer(s)
-    steps = np.arange((len(pull) - 1) * finer + 1) / finer
-    fine = np.interp(steps, np.arange(len(pull)), pull)
-    return rigid, np.where(fine < 0, -1.0, 1.0), fine.tolist()
+    return rigid, rigid[:, j] / np.maximum(inertia, least)
 
 
-def _lead(flank: FloatArray, pull: Sequence[float], h: float, width: float) -> FloatArray:
+def _lead(pull: FloatArray, step: float, width: float) -> FloatArray:
     """Return the motor's lead over the link in a gear with play, (N,), within +-width/2.
 
     Args:
-        flank: (N,) sign of the flank in contact, which is that of the pull.
-        pull: (N,) acceleration at which a link without torque lags behind, rad/s2 (m/s2).
-        h: integration step, s.
+        pull: (N,) acceleration at which a link without torque lags behind, rad/s2 (m/s2). Its sign
+            is that of the flank in contact.
+        step: sampling step, s.
         width: width of the play, rad (m).
     """
-    half, count, met = width / 2, len(pull), 0
-    out = half * flank
+    finer = max(1, int(np.ceil(step / _FINE)))
+    count = (len(pull) - 1) * finer + 1
+    fine = np.interp(np.arange(count) / finer, np.arange(len(pull)), pull)
+    half, h = width / 2, step / finer
+    out = np.where(fine < 0, -half, half)
+    a, met = fine.data, 0  # items of a memoryview are floats
     for leaves in np.flatnonzero(np.diff(out)) + 1:
         if leaves < met:
             continue
         met, lead, speed = int(leaves), float(out[leaves - 1]), 0.0
-        while met < count and (-half < lead < half or lead * pull[met] < 0):
-            speed += h * pull[met]
+        while met < count and (-half < lead < half or lead * a[met] < 0):
+            speed += h * a[met]
             lead += h * speed
-            if lead >= half or lead <= -half:
+            if abs(lead) >= half:
                 lead, speed = math.copysign(half, lead), 0.0
             out[met] = lead
             met += 1
-    return out
+    return out[::finer]
 
 
 def _load(robot: Robot, position: int, prefixes: Sequence[str]) -> Iterator[Candidate]:

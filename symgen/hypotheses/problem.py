@@ -144,33 +144,30 @@ class Problem:
     @cached_property
     def _free(self) -> FloatArray:
         """(K, n, 10 links) regressor of all link parameters without gravity."""
-        return self._of_all_links(np.zeros(3), moving=True)
+        return self._of_all_links(np.zeros(3), 1.0)
 
     @cached_property
     def pulls(self) -> FloatArray:
         """(3, K, n, 10 links) regressors for 1 m/s2 of gravity along each axis of frame 0."""
-        return np.array([self._of_all_links(axis, moving=False) for axis in np.eye(3)])
+        return np.array([self._of_all_links(axis, 0.0) for axis in np.eye(3)])
 
-    def _of_all_links(self, gravity: FloatArray, *, moving: bool) -> FloatArray:
+    def _of_all_links(self, gravity: FloatArray, moving: float) -> FloatArray:
         """Return the regressor of all link parameters, (K, n, 10 links).
 
         Args:
             gravity: (3,) in frame 0, m/s2.
-            moving: whether the arm moves as in the logs; else it is at rest.
+            moving: factor on speeds and accelerations: 1.0, or 0.0 for the arm at rest.
         """
         v = variation(self.robot)
-        acting = np.arange(len(v.units))
-        if not moving:  # inertias have no torque at rest
-            weigh = [name in (names.MASS, *names.MOMENT) for name in names.LINK]
-            acting = acting[np.resize(weigh, len(acting))]
-        units, rest = v.units[acting], np.zeros((1, self.base.n))
+        heavy = np.isin(names.LINK, (names.MASS, *names.MOMENT))
+        acting = np.resize(heavy | bool(moving), len(v.units))  # inertias have no torque at rest
+        units = v.units[acting]
 
         def links(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-            rates = (qd, qdd) if moving else (rest, rest)
-            return v.regressor((q, *rates), units, gravity)
+            return v.regressor((q, moving * qd, moving * qdd), units, gravity)
 
         parts = [log.unmasked.modelled(links, _BLOCK, log.smooth_stride) for log in self.logs]
-        out = np.zeros((*self.base.y.shape, len(v.units)))
+        out = np.zeros((*self.base.y.shape, len(acting)))
         out[..., acting] = np.concatenate(parts)
         return out
 

@@ -18,12 +18,11 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.changes import TILT, Changed, Torque
+from symgen.hypotheses.changes import TILT, Changed
 from symgen.hypotheses.effects import Candidate, Score, total_odds
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
 from symgen.hypotheses.held import in_one_log
@@ -50,7 +49,6 @@ from symgen.policy import ALIKE, APART, LEAST, LISTED, LOUD, SAME, SHOWN, SURE
 
 #: Ratio of the prior std of a size to the expected size. It limits undetermined coefficients.
 _LOOSE = 10.0
-_TORQUES = 64  # torques moved by some seconds that are kept
 
 
 def search(
@@ -149,9 +147,9 @@ class _Judge:
         self._moved: dict[tuple[frozenset[Key], bool], list[Changed]] = {}
         self._groups: list[_Group] = []
         self._terms: Expressions | None = None
-        self._torque: Torque | None = None
-        #: Columns that depend on the motion alone, by candidate.
+        #: Columns of the candidates, and what identifies the motion that they belong to.
         self._along: dict[Candidate, Columns] = {}
+        self._motion: list[int] = []
 
     def options(self, stage: Stage, joints: frozenset[int] | None = None) -> list[Score]:
         """Return every effect that may be added to a stage, the most probable first.
@@ -183,8 +181,6 @@ class _Judge:
                 yield contact
         if not self.registry.changes or problem.is_fixed:
             return
-        self._prepare(stage)
-        assert self._torque is not None
         loud, moved = self._loud(stage), list[Changed]()
         # Accepted hypotheses may already explain the error that a change of the motion explains.
         if loud or not result.items:
@@ -192,7 +188,7 @@ class _Judge:
             if key not in self._moved:
                 self._moved[key] = [*motion_trials(problem, loud)]
             moved = self._moved[key]
-        for trial in (*torque_trials(stage, self._torque), *moved):
+        for trial in (*torque_trials(stage), *moved):
             if trial.key not in problem.undone:
                 yield trial
 
@@ -307,15 +303,15 @@ class _Judge:
         """
         if stage.problem is self._problem:
             return
-        if self._problem is None or not _same_motion(self._problem, stage.problem):
-            self._along, self._terms = {}, None
+        motion = [id(log.q) for log in stage.problem.logs]
+        if motion != self._motion:
+            self._motion, self._along, self._terms = motion, {}, None
+        self._along = {c: x for c, x in self._along.items() if not c.uses_model}
         self._problem, loud = stage.problem, self._loud(stage)
-        self._torque = lru_cache(_TORQUES)(stage.problem.torque)
         pool = [c for c in self.registry.pool if not c.rare or loud.issuperset(c.joints)]
         new = [c for c in pool if c not in self._along]
-        columns = self._along | dict(zip(new, stage.log_columns.each(new), strict=True))
-        self._along = {c: x for c, x in columns.items() if not c.uses_model}
-        pairs = ((c, columns[c]) for c in pool)
+        self._along.update(zip(new, stage.log_columns.each(new), strict=True))
+        pairs = ((c, self._along[c]) for c in pool)
         finite = (x for x in pairs if all(np.isfinite(c).all() for c in x[1].values()))
         self._groups = self._group(stage, finite)
         if self.registry.expressions and self._terms is None:
@@ -439,11 +435,6 @@ def _refined(stage: Stage, new: Score) -> Score:
     """Return an effect with its constants fitted; the constants of the stage stay."""
     problem = replace(stage.problem, base=stage.rows)
     return settled_constants(problem, [new], stage.log_columns)[0]
-
-
-def _same_motion(a: Problem, b: Problem) -> bool:
-    """Whether the training logs of two problems share the arrays of their motion."""
-    return all(x.q is y.q and x.qd is y.qd for x, y in zip(a.logs, b.logs, strict=True))
 
 
 def _odds(s: Judged) -> float:

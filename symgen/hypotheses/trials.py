@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -47,16 +48,12 @@ _EXACT, _APART = 1e-3, 0.05
 _TURNS = 8  # of gravity by the Gauss-Newton method
 
 
-def torque_trials(stage: Stage, torque: Torque) -> Iterator[Changed]:
+def torque_trials(stage: Stage) -> Iterator[Changed]:
     """Yield the changes of torques with their scores, each with the most probable size.
 
     Wrong signs of joints on which friction would drive come first: nothing else explains that.
-
-    Args:
-        stage: the model and the accepted effects.
-        torque: the torque of the stage's problem, which trials ask for again and again.
     """
-    problem, rows = stage.problem, stage.problem.base
+    problem, rows, torque = stage.problem, stage.problem.base, cache(stage.problem.torque)
     links = slice(problem.evaluator.model.inertial)
     speed = np.concatenate([log.qd[log.kept] for log in problem.logs])
     lost = rows.weight * (rows.y - rows.W[..., links] @ rows.X[links])
