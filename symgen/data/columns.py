@@ -66,15 +66,13 @@ def another_number(joints: int, wanted: Wanted) -> tuple[str, str]:
         wanted: the robot.
     """
     count = f"{joints} joint{'s' if joints > 1 else ''}"
-    what, accepted = (
-        f"the log has {count}, the robot has {wanted.n}",
-        "one q and tau per movable joint",
-    )
+    what = f"the log has {count}, the robot has {wanted.n}"
+    accepted = "one q and tau per movable joint"
     beyond = [plain(name) for name in wanted.joints[joints:]]
-    if not beyond or not all(beyond):
-        return what, accepted
-    how = how_to_hold(beyond, wanted)
-    return f"{what}: no column for {', '.join(beyond)}", f"{accepted}, or {how}"
+    if beyond and all(beyond):
+        accepted = f"{accepted}, or {how_to_hold(beyond, wanted)}"
+        what = f"{what}: no column for {', '.join(beyond)}"
+    return what, accepted
 
 
 def how_to_hold(joints: Sequence[str], wanted: Wanted) -> str:
@@ -122,17 +120,19 @@ def with_joints(path: Path, form: CsvForm, wanted: Wanted) -> list[str]:
     named: dict[tuple[str, int], str] = {}  # prefix and number of a column -> joint
     for k, name in enumerate(header):
         match = _NAMES.fullmatch(name)
-        lists = [row for row in form.first[:1] if row[k:] and row[k][:1] in ("[", "(")]
-        if match and (match[2] or lists):
+        cell = "".join(form.first[0][k : k + 1])
+        if match and (match[2] or cell.startswith(("[", "("))):
             text, *others = texts_of(path, form, k)
             if others:
                 what = f"the joints in column {name} change: {text}, {others[0]}"
                 refuse(what, "one order of joints in a file")
             for j, joint in enumerate(text.strip("[]()").split(",")):
-                named[match[1], int(match[2] or j)] = joint.strip(" '\"")
+                number = int(match[2] or j)
+                named[match[1], number] = joint.strip(" '\"")
     for k, name in enumerate(header):
         match = _INDEXED.fullmatch(name)
-        if match and (owner := named.get((match[1], int(match[3])))):
+        owner = match and named.get((match[1], int(match[3])))
+        if match and owner:
             header[k] = f"{match[1]}{match[2]}.{owner}"
     if named:
         joints_of_file(wanted, [*named.values()])
@@ -151,10 +151,7 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
     names = [name.strip() for name in stored]
     wanted = replace(wanted, joints=wanted.reading.joints or wanted.joints)
     texts = _without_units(names)
-    columns: dict[str, Pattern] = {}
-    for text, name in texts.items():
-        if place := _place(text):
-            columns.setdefault(place[0], {})[place[1]] = name
+    numbered = [(_place(text), name) for text, name in texts.items()]
     patterns, matches = {}, []
     for ours, theirs in wanted.reading.pairs.items():
         if "*" in theirs and ours != "t":
@@ -165,8 +162,12 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
             refuse(f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
         if theirs not in names:
             refuse(f"there is no column {theirs!r} (--columns {ours})", listed(names))
-        columns.setdefault(place[0], {})[place[1]] = theirs
+        numbered.append((place, theirs))
         matches.append(f"{ours} = {theirs}")
+    columns: dict[str, Pattern] = {}
+    for place, name in numbered:
+        if place:
+            columns.setdefault(place[0], {})[place[1]] = name
     from_zero = [role for role in ROLES if 0 in columns.get(role, ())]
     for role, have in columns.items():
         first = 0 if role in from_zero else 1
@@ -175,20 +176,21 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
         matches += _matched(names, texts, columns, patterns, wanted)
     _require_complete(names, columns, wanted)
     used = {name for have in columns.values() for name in have.values()}
-    spare = [name for name in names if name and name not in used | {*map(rest_of, names)}]
-    line = ", ".join(matches)
-    if matches and spare:
-        line = f"{line}; not used: {listed(spare)}"
-    notes = [f"columns by name: {line}"] if matches else []
+    notes = []
+    if matches:
+        known = used | {*map(rest_of, names)}
+        spare = [name for name in names if name and name not in known]
+        unused = f"; not used: {listed(spare)}" if spare else ""
+        notes.append(f"columns by name: {', '.join(matches)}{unused}")
     if from_zero:
         notes.append(f"{', '.join(from_zero)} count joints from 0")
     for name in used:
         if (count := names.count(name)) > 1:
             what = f"the column {_shown(name)} occurs {count} times"
             refuse(what, f"each column once, or {NO_HEADER}")
-    groups = {
-        role: {j: names.index(name) for j, name in have.items()} for role, have in columns.items()
-    }
+    groups: Groups = {}
+    for role, have in columns.items():
+        groups[role] = {j: names.index(name) for j, name in have.items()}
     return groups, tuple(f"{file}: {note}" for note in notes)
 
 
@@ -196,8 +198,10 @@ def _place(column: str) -> tuple[str, int] | None:
     """Return role and number of a log column: ("q", 1) for q1; None for another name."""
     if column in IMU:
         return "imu", IMU.index(column) + 1
+    if column == "t":
+        return "t", 1
     match = NUMBERED.fullmatch(column)
-    return ("t", 1) if column == "t" else match and (match[1], int(match[2]))
+    return match and (match[1], int(match[2]))
 
 
 def _without_units(names: Sequence[str]) -> dict[str, str]:
@@ -227,20 +231,14 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
     if not wanted.currents or ("tau" in columns and len(currents) != len(columns.get("q", ()))):
         columns.pop("i", None)
     measured = columns.keys() & {"tau", "i", "qr"}
-    for role, present in (("t", "t" in columns), ("q1", "q" in columns), ("tau1", measured)):
-        if not present:
-            if role == "tau1" and currents:
-                refuse_currents()
-            missing = [r for r in ("q", "tau") if r not in columns]
-            pairs = suggested(names, missing, wanted) or f'--columns "{_PATTERN[role]}"'
-            how = f"{COLUMNS}, or {pairs}"
-            used = [name for have in columns.values() for name in have.values()]
-            others = [name for name in names if name and name not in used]
-            if role == "t" and len(others) == 1 and not {",", "="} & {*others[0]}:
-                stated = split_unit(others[0], time=True)[1]
-                unsure = "" if stated else ", if it is a time; poses need the motion between them"
-                how = f'--columns "t={plain(others[0])}"{unsure}'
-            refuse(f"there is no column {role} among {listed(names)}", how)
+    if "t" not in columns:
+        _refuse_without("t", names, columns, wanted)
+    if "q" not in columns:
+        _refuse_without("q1", names, columns, wanted)
+    if not measured and currents:
+        refuse_currents()
+    if not measured:
+        _refuse_without("tau1", names, columns, wanted)
     if len(columns.get("imu", IMU)) < len(IMU):
         del columns["imu"]
     for role, have in columns.items():
@@ -250,6 +248,22 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
             only = ", ".join(f"{role}{j + 1}" for j in sorted(have))
             what = f"of the columns {role}1, {role}2, .. there are only {only}"
             refuse(what, f"{COLUMNS} of all joints")
+
+
+def _refuse_without(
+    column: str, names: Sequence[str], columns: Mapping[str, Pattern], wanted: Wanted
+) -> NoReturn:
+    """Refuse a file without a column of a log, with the option that the header suggests."""
+    missing = [role for role in ("q", "tau") if role not in columns]
+    pairs = suggested(names, missing, wanted) or f'--columns "{_PATTERN[column]}"'
+    how = f"{COLUMNS}, or {pairs}"
+    used = [name for have in columns.values() for name in have.values()]
+    others = [name for name in names if name and name not in used]
+    if column == "t" and len(others) == 1 and not {",", "="} & {*others[0]}:
+        unit = split_unit(others[0], time=True)[1]
+        unsure = "" if unit else ", if it is a time; poses need the motion between them"
+        how = f'--columns "t={plain(others[0])}"{unsure}'
+    refuse(f"there is no column {column} among {listed(names)}", how)
 
 
 def _matched(
@@ -276,24 +290,20 @@ def _matched(
     if "t" not in columns and (time := _time(names)) is not None:
         columns["t"] = {0: time}
         matches.append(f"t = {time}")
-    of = ""
+    star = ""
     for role in ("q", "qd", "tau", "i"):
         has_torque = "tau" in columns and not wanted.currents
         if role not in patterns and (role in columns or (role == "i" and has_torque)):
             continue
-        own = {
-            j: x
-            for j, x in columns.get(role, {}).items()
-            if f"{role}{j + 1}" in wanted.reading.pairs
-        }
+        have = columns.get(role, {})
+        own = {j: name for j, name in have.items() if f"{role}{j + 1}" in wanted.reading.pairs}
         free = [j for j in range(len(names)) if j not in own]
         rest = wanted
         if own:
             joints = [wanted.joints[j] for j in free if j < len(wanted.joints)]
             n = wanted.n and wanted.n - len(own)
             rest = replace(wanted, n=n, joints=joints, sigma=(), fixed=())
-        pattern = patterns.get(role, "")
-        if pattern:
+        if pattern := patterns.get(role, ""):
             found = _user_pattern(names, texts, role, pattern, rest)
         else:
             pattern, found = _only_pattern(texts, role, rest)
@@ -302,11 +312,14 @@ def _matched(
             columns[role] = own | {free[k - first]: name for k, name in found.items()}
             matches.append(f"{role} = {pattern}")
             if "*" in pattern:
-                robot = ", ".join(rest.joints)
-                named = robot and short_name(rest.joints[0]) in found[first]
-                numbers = f"{first} to {last} for {robot}".removesuffix(" for ")
-                of = f"; * = {robot if named else numbers}"
-    return [*matches[:-1], matches[-1] + of] if matches else []
+                star = f"{first} to {last}"
+                if rest.joints:
+                    robot = ", ".join(rest.joints)
+                    named = short_name(rest.joints[0]) in found[first]
+                    star = robot if named else f"{star} for {robot}"
+    if star:
+        matches[-1] += f"; * = {star}"
+    return matches
 
 
 def _time(names: Sequence[str]) -> str | None:
@@ -318,7 +331,8 @@ def _time(names: Sequence[str]) -> str | None:
         tokens = _tokens(split_unit(name)[0])
         if name not in parts and len(tokens & TIMES) == 1 and tokens <= TIMES | _SECONDS:
             times.append(name)
-    times = [*([t for t in times if in_si(split_unit(t)[1])] or times), *sums]
+    seconds = [name for name in times if in_si(split_unit(name)[1])]
+    times = [*(seconds or times), *sums]
     if len(times) > 1:
         what = f"{' and '.join(map(_shown, times[:3]))} are times"
         refuse(what, f'one column t, as by --columns "t={_shown(times[0])}"')
@@ -341,36 +355,46 @@ def _role(pattern: str) -> str | None:
 
 def _only_pattern(texts: Mapping[str, str], role: str, wanted: Wanted) -> tuple[str, Pattern]:
     """Return the only pattern of a role with its columns by joint, or an empty one."""
-    joints, n = wanted.joints, wanted.n
-    named = {p: c for p, c in by_name(texts, joints).items() if _role(p) == role}
-    complete = {p: c for p, c in named.items() if len(c) == len(joints)}
+    n = wanted.n
+    named = _of_role(by_name(texts, wanted.joints), role)
+    complete = _with_columns(named, len(wanted.joints))
     if named and not complete:
-        pattern, columns = max(named.items(), key=lambda pair: len(pair[1]))
-        _refuse_missing(texts, role, pattern, columns, wanted)
+        _refuse_missing(texts, role, named, wanted)
     if not complete:
-        runs = {p: c for p, c in by_number(texts, n).items() if _role(p) == role}
-        complete = {p: c for p, c in runs.items() if len(c) == n} or runs
-        if role == "qd" and not any(wanted.kept(len(c)) for c in complete.values()):
+        runs = _of_role(by_number(texts, n), role)
+        complete = _with_columns(runs, n) or runs
+        if role == "qd" and not any(wanted.kept(len(columns)) for columns in complete.values()):
             return "", {}  # speeds of some joints are no speeds
-        only = next(iter(complete), "")
-        if len(complete) == 1 and len(complete[only]) < (n or 0):
-            what = f"{_shown(only)} has {len(complete[only])} columns for {n} joints"
-            refuse(what, f'--columns "{role}1=NAME,{role}={_shown(only)}", or other pairs')
-    if len(complete) > 1:
-        first, second, *_ = map(_shown, complete)
+    if not complete:
+        return "", {}
+    only, *others = complete
+    columns = complete[only]
+    if others:
+        first, second = _shown(only), _shown(others[0])
         what = f"{role} may be {first} or {second}, with * for the joint"
         refuse(what, f'--columns "{role}={first}", or another')
-    pattern, columns = next(iter(complete.items()), ("", {}))
-    return pattern, {k: texts[text] for k, text in columns.items()}
+    if len(columns) < (n or 0) and not named:
+        what = f"{_shown(only)} has {len(columns)} columns for {n} joints"
+        refuse(what, f'--columns "{role}1=NAME,{role}={_shown(only)}", or other pairs')
+    return only, {k: texts[text] for k, text in columns.items()}
+
+
+def _of_role(patterns: Mapping[str, Pattern], role: str) -> dict[str, Pattern]:
+    return {pattern: patterns[pattern] for pattern in patterns if _role(pattern) == role}
+
+
+def _with_columns(patterns: Mapping[str, Pattern], count: int | None) -> dict[str, Pattern]:
+    return {pattern: columns for pattern, columns in patterns.items() if len(columns) == count}
 
 
 def _refuse_missing(
-    texts: Mapping[str, str], role: str, pattern: str, columns: Pattern, wanted: Wanted
+    texts: Mapping[str, str], role: str, patterns: Mapping[str, Pattern], wanted: Wanted
 ) -> NoReturn:
-    """Refuse a pattern that lacks columns of joints, with the columns that may be theirs."""
+    """Refuse patterns that lack columns of joints, with the columns that may be theirs."""
+    pattern, columns = max(patterns.items(), key=lambda pair: len(pair[1]))
     missing = [k for k in range(len(wanted.joints)) if k not in columns]
-    others = (name for text, name in texts.items() if text not in columns.values())
-    spare = [name for name in others if _may_be(name, role)]
+    used = {*columns.values()}
+    spare = [name for text, name in texts.items() if text not in used and _may_be(name, role)]
     accepted = ["columns of all joints"]
     if len(spare) >= len(missing):
         pairs = ",".join(f"{role}{k + 1}=COLUMN" for k in missing)
@@ -386,21 +410,26 @@ def _refuse_missing(
 def _may_be(name: str, role: str) -> bool:
     """Return whether a column may be of a role: it has no other name, and no unit of another."""
     text, unit = split_unit(name)
-    taken = _place(text) or _tokens(text) & (TIMES | _COMMANDS)
-    fits = not unit or any(unit_of(unit, quantity) for quantity in QUANTITIES[role])
-    return bool(name and not taken and fits and _role(name) in (None, role))
+    if not name or _place(text) or _tokens(text) & (TIMES | _COMMANDS):
+        return False
+    if unit and not any(unit_of(unit, quantity) for quantity in QUANTITIES[role]):
+        return False
+    return _role(name) in (None, role)
 
 
 def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str:
     """Return the option --columns that the header suggests for some roles, or ""."""
-    patterns = {**by_name(names, wanted.joints), **by_number(names, wanted.n)}
-    measured = {p: c for p, c in patterns.items() if not _tokens(p) & _COMMANDS}
+    patterns = by_name(names, wanted.joints) | by_number(names, wanted.n)
+    measured = [pattern for pattern in patterns if not _tokens(pattern) & _COMMANDS]
+    long_enough = [p for p in measured if len(patterns[p]) >= (wanted.n or 1)]
+    unclear = [p for p in long_enough if _role(p) is None]
     pairs = []
     for role in roles:
         words = [word for word in _WORDS[role] if len(word) > 2]
         fits = [p for p in measured if any(word in p.lower() for word in words)]
-        fits += [p for p, c in measured.items() if _role(p) is None and len(c) >= (wanted.n or 1)]
-        pairs += [f"{role}={_shown(split_unit(pattern)[0])}" for pattern in fits[:1]]
+        for pattern in [*fits, *unclear][:1]:
+            text, _ = split_unit(pattern)
+            pairs.append(f"{role}={_shown(text)}")
     return f'--columns "{",".join(pairs)}"' if pairs else ""
 
 
@@ -416,17 +445,22 @@ def short_name(joint: str) -> str:
 def by_name(names: Iterable[str], joints: Sequence[str]) -> dict[str, Pattern]:
     """Return the patterns of columns whose names contain names of the robot's joints."""
     out: dict[str, Pattern] = {}
-    place = {short_name(joint): k for k, joint in enumerate(joints) if joint}
-    place |= {joint: k for k, joint in enumerate(joints) if joint}
-    longest = sorted(place, key=len, reverse=True)
+    place = {short_name(joint): k for k, joint in enumerate(joints)}
+    place |= {joint: k for k, joint in enumerate(joints)}
+    longest = sorted(filter(None, place), key=len, reverse=True)
     if not longest:
         return out
     any_joint = re.compile(rf"(?<![A-Za-z0-9])({'|'.join(map(re.escape, longest))})(?![A-Za-z0-9])")
     for name in names:
         if match := any_joint.search(name):
-            pattern = f"{name[: match.start()]}*{name[match.end() :]}"
-            out.setdefault(pattern, {})[place[match[1]]] = name
+            out.setdefault(_starred(match), {})[place[match[1]]] = name
     return out
+
+
+def _starred(joint: re.Match[str]) -> str:
+    """Return the name of a column with * in place of the match of its joint."""
+    start, end = joint.span()
+    return f"{joint.string[:start]}*{joint.string[end:]}"
 
 
 def by_number(names: Iterable[str], n: int | None) -> dict[str, Pattern]:
@@ -440,14 +474,13 @@ def by_number(names: Iterable[str], n: int | None) -> dict[str, Pattern]:
     for name in names:
         for match in re.finditer("[0-9]+", name):
             if len(match[0]) < 4:
-                pattern = f"{name[: match.start()]}*{name[match.end() :]}"
-                out.setdefault(pattern, {})[int(match[0])] = name
-    return {
-        pattern: columns
-        for pattern, columns in out.items()
-        if sorted(columns) in (list(range(len(columns))), list(range(1, len(columns) + 1)))
-        and (len(columns) > 1 or n is None)
-    }
+                out.setdefault(_starred(match), {})[int(match[0])] = name
+    runs = {}
+    for pattern, columns in out.items():
+        count, first = len(columns), min(columns)
+        if first <= 1 and max(columns) == first + count - 1 and (count > 1 or n is None):
+            runs[pattern] = columns
+    return runs
 
 
 def _user_pattern(
@@ -457,14 +490,17 @@ def _user_pattern(
     number.
     """
     form = re.compile(re.escape(pattern).replace(r"\*", "(.+)", 1).replace(r"\*", r"\1"))
-    every = {**texts, **{name: name for name in names}}
-    columns_by_star = {m[1]: name for text, name in every.items() if (m := form.fullmatch(text))}
-    groups = by_number([*columns_by_star], wanted.n) | by_name([*columns_by_star], wanted.joints)
+    by_star = {}
+    for text, name in (*texts.items(), *zip(names, names, strict=True)):
+        if match := form.fullmatch(text):
+            by_star[match[1]] = name
+    groups = by_number(by_star, wanted.n) | by_name(by_star, wanted.joints)
     complete = [stars for stars, columns in groups.items() if wanted.kept(len(columns))]
     if not complete:
         how = f"a pattern with * for the joint's name or number, of {listed(names)}"
-        stars = [*columns_by_star][: wanted.n]
+        stars = [*by_star][: wanted.n]
         if len(stars) == wanted.n:
             how = f"--joints {','.join(map(_shown, stars))}, in the order of the robot's joints"
         refuse(f"--columns {role}={pattern}: no such column of every joint", how)
-    return {joint: columns_by_star[star] for joint, star in groups[min(complete, key=len)].items()}
+    shortest = min(complete, key=len)
+    return {joint: by_star[star] for joint, star in groups[shortest].items()}

@@ -41,7 +41,8 @@ class Mask:
 
     def near(self, reach: int) -> Bools:
         """Return (N, n): whether a masked sample of the joint is at most `reach` samples away."""
-        return np.column_stack([touched(column, reach) for column in self.joint.T])
+        columns = [touched(column, reach) for column in self.joint.T]
+        return np.column_stack(columns)
 
 
 def rms(x: FloatArray) -> FloatArray:
@@ -51,10 +52,10 @@ def rms(x: FloatArray) -> FloatArray:
 
 def touched(masked: Bools, reach: int) -> Bools:
     """Return (N,): whether a masked sample is at most `reach` samples away."""
-    count = np.concatenate([[0], np.cumsum(masked)])
     at = np.arange(len(masked))
-    low, high = np.maximum(at - reach, 0), np.minimum(at + reach + 1, len(masked))
-    return count[high] > count[low]
+    first = np.maximum(at - reach, 0)
+    last = np.minimum(at + reach, len(masked) - 1)
+    return ~untouched(masked, first, last)
 
 
 def untouched(masked: Bools, first: Places, last: Places) -> Bools:
@@ -76,8 +77,11 @@ def slow_speeds(largest: FloatArray, sigma: Sequence[int]) -> tuple[FloatArray, 
         sigma: (n,) types of the joints.
     """
     kinds = np.asarray(sigma)
-    fastest = np.array([largest[kinds == kind].max() for kind in kinds])
-    return SLOW * largest, np.asarray(largest <= STILL * fastest)
+    still: Bools = np.zeros(len(kinds), dtype=bool)
+    for kind in {*sigma}:
+        alike = kinds == kind
+        still[alike] = largest[alike] <= STILL * largest[alike].max()
+    return SLOW * largest, still
 
 
 def moving_joints(speeds: Sequence[FloatArray], sigma: Sequence[int]) -> list[int]:
@@ -101,15 +105,20 @@ def mean_speeds(q: FloatArray, step: float, span: float = REST) -> FloatArray:
         step: sampling step in s.
         span: length of the span, s.
     """
-    half, at = max(1, round(span / step / 2)), np.arange(len(q))
-    steps = np.minimum(at + half, len(q) - 1) - np.maximum(at - half, 0)
+    half = max(1, round(span / step / 2))
+    at = np.arange(len(q))
+    last = np.minimum(at + half, len(q) - 1)
+    steps = last - np.maximum(at - half, 0)
     padded = np.pad(q, ((half, half), (0, 0)), mode="edge")  # no copy of the slices
     change = padded[2 * half :] - padded[: -2 * half]
-    return np.asarray(change / (np.maximum(steps, 1) * step)[:, None])
+    duration = np.maximum(steps, 1) * step
+    return np.asarray(change / duration[:, None])
 
 
 def resting(q: FloatArray, step: float, slow: FloatArray) -> Bools:
-    """Find where joints are at rest: slower than a limit for 0.1 s, or stopped (see `stops`).
+    """Find where joints are at rest: slower than a limit for 0.1 s, or stopped.
+
+    A joint is stopped if it is ten times slower for 0.03 s: a reversal without a stop is shorter.
 
     Args:
         q: (N, n) positions, rad (m).
@@ -119,15 +128,14 @@ def resting(q: FloatArray, step: float, slow: FloatArray) -> Bools:
     Returns:
         (N, n): at rest.
     """
-    return _long(np.abs(mean_speeds(q, step)) <= slow, step) | stops(q, step, STOPPED * slow)
+    return _slower(q, step, REST, slow) | _slower(q, step, STOP, STOPPED * slow)
 
 
-def stops(q: FloatArray, step: float, slow: FloatArray) -> Bools:
-    """Find short stops: the mean speed over 0.03 s stays below a limit for that long.
-
-    A reversal without a stop is shorter. Arguments and result as for `resting`.
-    """
-    return in_rows(np.abs(mean_speeds(q, step, STOP)) <= slow, max(2, round(STOP / step)))
+def _slower(q: FloatArray, step: float, span: float, limits: FloatArray) -> Bools:
+    """Return where the mean speed over a span is below its limit for that long, (N, n)."""
+    slow = np.abs(mean_speeds(q, step, span)) <= limits
+    least = max(2, round(span / step))
+    return np.column_stack([_runs(column, least) for column in slow.T])
 
 
 def saturated(
@@ -148,32 +156,24 @@ def saturated(
         (N, n): whether the torque of a joint is saturated.
     """
     moved = np.eye(tau.shape[1]) if ratio is None else np.array(ratio)
-    motors = np.linalg.solve(moved.T, tau.T).T
-    stuck = np.column_stack([_stuck(column) for column in motors.T])
+    motors = np.linalg.solve(moved.T, tau.T)
+    stuck = np.column_stack([_stuck(motor) for motor in motors])
     out = stuck @ (moved != 0)
-    return np.asarray(out if limits is None else out | (np.abs(tau) >= NEAR * np.array(limits)))
+    if limits is not None:
+        out |= np.abs(tau) >= NEAR * np.array(limits)
+    return np.asarray(out)
 
 
 def _stuck(x: FloatArray) -> Bools:
     """Return where a signal is constant at an extreme of at least half its largest size."""
     size = float(np.abs(x).max())
-    if np.ptp(x) <= _SAME * size:
-        return np.zeros(len(x), dtype=bool)
     out = np.zeros(len(x), dtype=bool)
+    if np.ptp(x) <= _SAME * size:
+        return out
     for extreme in (x.max(), x.min()):
         if abs(extreme) >= 0.5 * size:
             out |= _runs(np.abs(x - extreme) <= _SAME * size, STUCK)
     return out
-
-
-def _long(slow: Bools, step: float) -> Bools:
-    """Return where joints (N, n) are slow for long enough to be at rest."""
-    return in_rows(slow, max(2, round(REST / step)))
-
-
-def in_rows(flags: Bools, least: int) -> Bools:
-    """Return the flags (N, n) in runs of at least `least` samples."""
-    return np.column_stack([_runs(column, least) for column in flags.T])
 
 
 def _runs(flags: Bools, least: int) -> Bools:
@@ -188,13 +188,15 @@ def spans(flags: Bools) -> Places:
     """Return the runs of flags, (k, 2): first position, and position after the last."""
     if not flags.any():  # most channels have none
         return np.zeros((0, 2), dtype=np.int64)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     return edges.reshape(-1, 2)
 
 
 def on_grid(masked: Bools, t: FloatArray, grid: FloatArray) -> Bools:
     """Transfer a mask (N, ...) from times t to a grid; masked samples mask both neighbours."""
-    if len(t) == len(grid) and np.array_equal(t, grid):
+    if np.array_equal(t, grid):
         return masked
-    after = np.clip(np.searchsorted(t, grid), 0, len(t) - 1)
-    return masked[after] | masked[np.maximum(after - 1, 0)]
+    after = np.searchsorted(t, grid)
+    after = np.clip(after, 0, len(t) - 1)
+    before = np.maximum(after - 1, 0)
+    return masked[after] | masked[before]

@@ -106,14 +106,15 @@ def prepare(log: Log) -> Samples:
     if not s.velocity_derived:
         return s
     cutoff = _MARGIN * comparison_band([s])
+    filtered = None
     if can_filter(cutoff, s.step):
+        filtered = cutoff
         q, qd = lowpass_and_slopes(s.q, s.step, cutoff, 1)
         how = f"both through a zero-phase low-pass filter at {cutoff:.4g} Hz"
     else:
-        q, qd, nyquist = s.q, differentiate(s.q, s.step), 0.5 / s.step
-        how = f"unfiltered, as the Nyquist frequency is {nyquist:.4g} Hz"
+        q, qd = s.q, differentiate(s.q, s.step)
+        how = f"unfiltered, as the Nyquist frequency is {0.5 / s.step:.4g} Hz"
     notes = (*s.notes[:-1], f"{log.name}: qd is missing and was derived from q, {how}")
-    filtered = cutoff if q is not s.q else None
     return replace(s, q=read_only(q), qd=read_only(qd), cutoff_hz=filtered, notes=notes)
 
 
@@ -125,26 +126,32 @@ def comparison_band(logs: Sequence[Samples]) -> float:
     of positions below 50 Hz. A piece of a longer log begins and ends during motion, which would
     widen its spectrum. A Hann window therefore fades its speeds in and out (Welch 1967).
     """
-    highest = 0.0
+    highest = LOWEST
     for j in range(logs[0].q.shape[1]):
-        power: FloatArray = np.zeros(len(_GRID))
-        for s in logs:
-            q = (
-                lowpass(s.q[:, j], s.step, _SPECTRUM_HZ)
-                if can_filter(_SPECTRUM_HZ, s.step)
-                else s.q[:, j]
-            )
-            speed = np.gradient(q, s.step)
-            speed = speed - speed.mean()
-            if s.piece:
-                fade = np.hanning(len(speed))
-                speed = (speed - fade @ speed / fade.sum()) * fade / np.sqrt(np.mean(fade**2))
-            lines = np.abs(np.fft.rfft(speed)) ** 2 * s.step / len(speed)
-            frequency = np.fft.rfftfreq(len(speed), s.step)
-            power = power + np.interp(_GRID, frequency, np.cumsum(lines))
+        power = sum((_power(s, j) for s in logs), np.zeros(len(_GRID)))
         if power[-1] > 0:
-            highest = max(highest, 2 * float(_GRID[np.searchsorted(power, POWER * power[-1])]))
-    return min(max(highest, LOWEST), HIGHEST)
+            edge = _GRID[np.searchsorted(power, POWER * power[-1])]
+            highest = max(highest, 2 * float(edge))
+    return min(highest, HIGHEST)
+
+
+def _power(s: Samples, j: int) -> FloatArray:
+    """Return the power of the speed of a joint below each frequency of the grid."""
+    q = smoothed(s.q[:, j], s.step, _SPECTRUM_HZ)
+    speed = np.gradient(q, s.step)
+    speed = speed - speed.mean()
+    if s.piece:
+        fade = np.hanning(len(speed))
+        middle = fade @ speed / fade.sum()
+        speed = (speed - middle) * fade / rms(fade)
+    lines = np.abs(np.fft.rfft(speed)) ** 2 * s.step / len(speed)
+    frequency = np.fft.rfftfreq(len(speed), s.step)
+    return np.interp(_GRID, frequency, np.cumsum(lines))
+
+
+def smoothed(x: FloatArray, step: float, cutoff: float) -> FloatArray:
+    """Return a signal through `lowpass`, or the signal itself if its rate is too low for it."""
+    return lowpass(x, step, cutoff) if can_filter(cutoff, step) else x
 
 
 def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
@@ -184,27 +191,30 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
         count = round((t[-1] - t[0]) / median) + 1
     step = float((t[-1] - t[0]) / (count - 1)) if clock is None else clock[1]
     if off.any():
-        grid = np.linspace(t[0], t[-1], count)
-        if clock is not None:
-            ticks = (t[[0, -1]] - clock[0]) / step
-            first, last = math.ceil(ticks[0] - 1e-6), math.floor(ticks[1] + 1e-6)
-            grid = np.clip(clock[0] + step * np.arange(first, last + 1), t[0], t[-1])
-        mask = None if mask is None else Mask(*(on_grid(x, t, grid) for x in vars(mask).values()))
+        grid = np.linspace(t[0], t[-1], count) if clock is None else _ticks(t, *clock)
+        if mask is not None:
+            mask = Mask(on_grid(mask.joint, t, grid), on_grid(mask.robot, t, grid))
         log = _resampled(log, grid, smooth=True)
         notes.append(
             f"{log.name}: steps between {steps.min():.4g} s and {steps.max():.4g} s were resampled "
             f"to {step:.4g} s by a cubic spline"
         )
-    q, qd = log.q, log.qd
+    qd = log.qd
     if qd is None:
-        slow = lowpass(q, step, _SLOW) if can_filter(_SLOW, step) else q
-        qd = read_only(differentiate(slow, step))
+        qd = read_only(differentiate(smoothed(log.q, step, _SLOW), step))
         notes.append(f"{log.name}: qd is missing and is derived from q")
     assert log.tau is not None
     return Samples(
-        log.name, log.t, q, qd, log.tau, step, None, tuple(notes), log.qd is None, mask,
+        log.name, log.t, log.q, qd, log.tau, step, None, tuple(notes), log.qd is None, mask,
         qs=log.qs, command=log.command, imu=log.imu,
     )  # fmt: skip
+
+
+def _ticks(t: FloatArray, start: float, step: float) -> FloatArray:
+    """Return the ticks of a clock within times t (N,)."""
+    first, last = (t[[0, -1]] - start) / step
+    inside = np.arange(math.ceil(first - 1e-6), math.floor(last + 1e-6) + 1)
+    return np.clip(start + step * inside, t[0], t[-1])
 
 
 def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
@@ -224,27 +234,28 @@ def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
         return log, np.zeros(len(t), dtype=bool)
     if missing.sum() > len(t):
         k = int(np.argmax(missing))
-        what = f"{log.name}: no samples between t = {t[k]:.9g} s and t = {t[k + 1]:.9g} s"
-        refuse(
-            what, f"gaps shorter than the log, as with --until {t[k]:.9g} or --from {t[k + 1]:.9g}"
-        )
+        until, since = f"{t[k]:.9g}", f"{t[k + 1]:.9g}"
+        what = f"{log.name}: no samples between t = {until} s and t = {since} s"
+        refuse(what, f"gaps shorter than the log, as with --until {until} or --from {since}")
     longest = max(_LOST * step, _BRIDGED)
-    wide = holes(t, step, longest)
-    added = [np.linspace(t[k], t[k + 1], missing[k] + 2)[1:-1] for k in wide]
-    times = np.sort(np.concatenate([t, *added]))
-    lost = touched(~np.isin(times, t), round(longest / step))  # filters reach that far
-    return _resampled(log, times, smooth=False), lost
+    inserted = []
+    for k in holes(t, step, longest):
+        inside = np.linspace(t[k], t[k + 1], missing[k] + 2)
+        inserted.append(inside[1:-1])
+    times = np.sort(np.concatenate([t, *inserted]))
+    reach = round(longest / step)  # of filters
+    return _resampled(log, times, smooth=False), touched(~np.isin(times, t), reach)
 
 
 def _resampled(log: Log, times: FloatArray, *, smooth: bool) -> Log:
     """Interpolate a log by cubic splines, or without overshoot; columns with NaN are NaN."""
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
+    curve = CubicSpline if smooth else PchipInterpolator
     arrays: dict[str, Any] = {"t": read_only(times)}
     for key in ("q", "qd", "tau", "command", "qs", "imu"):
         x = getattr(log, key)
         if x is not None:
-            curve = CubicSpline if smooth else PchipInterpolator
             known = np.isfinite(x).all(axis=0)
             out = np.full((len(times), x.shape[1]), np.nan)
             out[:, known] = curve(log.t, x[:, known])(times)
@@ -311,8 +322,9 @@ def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -
     length = min(samples - 1, math.ceil(TAIL / (cutoff * step)))
     flat = x.reshape(samples, -1)
     window = end_window(step, cutoff)
-    head, tail = continuation(flat, length, window), continuation(flat[::-1], length, window)[::-1]
-    padded = np.concatenate([head, flat, tail])
+    head = continuation(flat, length, window)
+    tail = continuation(flat[::-1], length, window)
+    padded = np.concatenate([head, flat, tail[::-1]])
     size = int(next_fast_len(len(padded), real=True))
     gains = [rfft(response(step, cutoff, length, k), size) for k in range(slopes + 1)]
     outputs = [np.empty(flat.shape, order="F") for _ in gains]  # contiguous channels
@@ -340,14 +352,18 @@ def response(step: float, cutoff: float, length: int, slope: int = 0) -> FloatAr
         length: number of weights on either side.
         slope: order of the derivative, 0 to 2.
     """
-    poles = 2 * np.pi * cutoff * np.exp(1j * np.pi * (2 * np.arange(4) + 1) / 8)
-    waves = np.exp(1j * step * np.outer(np.arange(length + 1), poles))
-    half = np.real(waves @ (-0.125j * poles * (1j * poles) ** slope))
+    angles = 1j * np.pi * (2 * np.arange(4) + 1) / 8
+    poles = 2 * np.pi * cutoff * np.exp(angles)
+    times = np.arange(length + 1)
+    waves = np.exp(1j * step * np.outer(times, poles))
+    amplitudes = -0.125j * poles * (1j * poles) ** slope
+    half = np.real(waves @ amplitudes)
     weights = np.concatenate([(-1) ** slope * half[:0:-1], half])
     if slope:
         weights -= weights.sum() * response(step, cutoff, length)
     before = -step * np.arange(-length, length + 1)
-    return np.asarray(weights * math.factorial(slope) / (before**slope @ weights))
+    moment = before**slope @ weights
+    return np.asarray(weights * math.factorial(slope) / moment)
 
 
 def end_window(step: float, cutoff: float) -> int:
@@ -378,7 +394,9 @@ def _end_of_cubic(window: int) -> FloatArray:
     powers = min(3, window - 1) + 1
     s = np.arange(window) / window
     fit = np.linalg.pinv(np.vander(s, powers, increasing=True))
-    curvature = 2.0 * fit[2] / window**2 if powers > 2 else np.zeros(window)
+    curvature = np.zeros(window)
+    if powers > 2:
+        curvature = 2.0 * fit[2] / window**2
     return np.stack([fit[0], curvature])
 
 
@@ -413,12 +431,14 @@ def white_noise(
         (k,), in the unit of `high`. It comes from the median absolute value, which friction steps
         at reversals do not affect; or from the RMS if the signal is constant most of the time.
     """
+    used = np.ones(high.shape, dtype=bool) if free is None else free.copy()
     margin = int(1 / (band * step))
-    span = slice(margin, -margin) if margin and len(high) > 4 * margin else slice(None)
-    inside, say = high[span], (np.ones(high.shape, bool) if free is None else free)[span]
-    size = np.array([_typical(x[at]) for x, at in zip(inside.T, say.T, strict=True)])
+    if margin and len(high) > 4 * margin:
+        used[:margin] = False
+        used[-margin:] = False
+    size = [_typical(x[at]) for x, at in zip(high.T, used.T, strict=True)]
     nyquist = 0.5 / step
-    return np.asarray(size * np.sqrt(nyquist / (nyquist - band)))
+    return np.asarray(size) * math.sqrt(nyquist / (nyquist - band))
 
 
 def _typical(x: FloatArray) -> float:

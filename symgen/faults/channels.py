@@ -39,7 +39,8 @@ def least_step(x: FloatArray) -> float:
 def usual_step(x: FloatArray) -> float:
     """Return the 99th percentile of the steps of a channel; inf if it never changes."""
     size = np.abs(np.diff(x))
-    return float(np.quantile(size[size > 0], 0.99)) if size.any() else np.inf
+    size = size[size > 0]
+    return float(np.quantile(size, 0.99)) if len(size) else np.inf
 
 
 def moves(x: FloatArray) -> bool:
@@ -49,8 +50,9 @@ def moves(x: FloatArray) -> bool:
 
 def runs(x: FloatArray) -> tuple[Places, Places]:
     """Return where each run of one value starts, and its length in samples."""
-    first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
-    return first, np.diff(np.concatenate([first, [len(x)]]))
+    changes = np.flatnonzero(x[1:] != x[:-1]) + 1
+    first = np.concatenate([[0], changes])
+    return first, np.diff(first, append=len(x))
 
 
 def outliers(x: FloatArray) -> Places:
@@ -67,19 +69,22 @@ def outliers(x: FloatArray) -> Places:
     none = np.zeros(0, dtype=np.int64)
     if len(x) < 2 * _NEAR:
         return none
-    before, after = np.diff(x)[:-1], -np.diff(x)[1:]
-    height = np.where(before * after > 0, np.minimum(np.abs(before), np.abs(after)), 0.0)
+    d = np.diff(x)
+    size = np.abs(d)
+    before, after = d[:-1], -d[1:]
+    height = np.where(before * after > 0, np.minimum(size[:-1], size[1:]), 0.0)
     changes = (before != 0) | (after != 0)
-    usual = np.median(np.abs(before + after)[changes]) / 2 if changes.any() else 0.0
-    least = _JUMP * max(NORMAL * float(usual), least_step(x))
-    steps = np.abs(np.diff(x))
+    usual = 0.0
+    if changes.any():
+        usual = float(np.median(np.abs(before + after)[changes])) / 2
+    smallest = _JUMP * max(NORMAL * usual, least_step(x))
     indices = []
-    for k in np.flatnonzero(height > least) + 1:
-        left, right = steps[max(k - _NEAR, 0) : k - 1], steps[k + 1 : k + _NEAR]
-        around = np.sort(np.concatenate([left, right]))[-3]
-        if height[k - 1] > _AROUND * max(
-            around, left[-1:].max(initial=0), right[:1].max(initial=0)
-        ):
+    for k in np.flatnonzero(height > smallest) + 1:
+        left = size[max(k - _NEAR, 0) : k - 1]
+        right = size[k + 1 : k + _NEAR]
+        around = np.sort(np.concatenate([left, right]))
+        adjacent = np.concatenate([left[-1:], right[:1]])
+        if height[k - 1] > _AROUND * max(around[-3], adjacent.max(initial=0)):
             indices.append(int(k))
     return none if len(indices) > _MANY * len(x) else np.array(indices, dtype=np.int64)
 
@@ -97,7 +102,8 @@ def unwrapped(x: FloatArray, period: float) -> FloatArray | None:
     if np.abs(np.diff(x)).max() <= period / 2:
         return None
     y = np.unwrap(x, period=period)
-    return y if np.abs(np.diff(y)).max() <= _SLOW * period else None
+    slow = np.abs(np.diff(y)).max() <= _SLOW * period
+    return y if slow else None
 
 
 def signed(x: FloatArray) -> FloatArray | None:
@@ -113,7 +119,8 @@ def signed(x: FloatArray) -> FloatArray | None:
         period = math.ldexp(digit, bits)
         y = unwrapped(x, period) if x.max() < period else None
         if y is not None:
-            return y - period * np.round(np.median(y) / period)
+            turns = np.round(np.median(y) / period)
+            return y - period * turns
     return None
 
 
@@ -128,8 +135,9 @@ def hold_length(x: FloatArray) -> int:
     short = lengths[lengths <= 2 * k + 1]
     if k == 1 or len(short) < _HELD_RUNS:
         return 1
-    paced = np.mean(short == k) >= _PACED and np.mean(np.abs(short - k) <= 1) >= _HELD
-    return k if paced else 1
+    exact = np.mean(short == k)
+    near = np.mean(np.abs(short - k) <= 1)
+    return k if exact >= _PACED and near >= _HELD else 1
 
 
 def clipped(x: FloatArray) -> Bools:
@@ -141,18 +149,16 @@ def clipped(x: FloatArray) -> Bools:
     out = np.zeros(len(x), dtype=bool)
     first, lengths = runs(x)
     most = float(np.abs(x).max())
-    for side in (1.0, -1.0):
-        y = side * x
-        top = float(y.max())
-        if top < 0.5 * most:
-            continue
+    for y in (x, -x):
+        top, bottom = float(y.max()), float(y.min())
         at = y >= top - 1e-9 * abs(top)
         others = lengths[~at[first]]
-        if at.sum() < _FLAT or len(others) == 0:
+        if top < 0.5 * most or at.sum() < _FLAT or len(others) == 0:
             continue
-        levels = np.unique(y[y > top - 0.1 * (top - float(y.min()))])
+        levels = np.unique(y[y > top - 0.1 * (top - bottom)])
         digit = float(levels[-1] - levels[-2]) if len(levels) > 1 else 0.0
-        below = int(np.sum(~at & (y >= top - 1.5 * digit)))
+        near = int(np.sum(y >= top - 1.5 * digit))
+        below = near - int(at.sum())
         usual = float(np.percentile(others, 90))
         piled = at.sum() >= _FLAT * usual and at.sum() > _PILED * max(below, 1)
         if piled and lengths[at[first]].max() >= _RUN * usual:
@@ -163,7 +169,10 @@ def clipped(x: FloatArray) -> Bools:
 def steps(x: FloatArray) -> Places:
     """Return the samples after which a channel steps by five times its usual step."""
     d = np.diff(x)
-    around = np.median([np.roll(d, k) for k in (-3, -2, -1, 1, 2, 3)], axis=0)
-    indices = np.flatnonzero((np.abs(d - around) > _STEP * usual_step(x))[3:-3]) + 3
+    others = [np.roll(d, k) for k in (-3, -2, -1, 1, 2, 3)]
+    excess = np.abs(d - np.median(others, axis=0))
+    large = excess > _STEP * usual_step(x)
+    indices = np.flatnonzero(large[3:-3]) + 3
     # A step and its return count as one.
-    return indices[np.diff(indices, prepend=-_APART - 1) > _APART]
+    distance = np.diff(indices, prepend=-_APART - 1)
+    return indices[distance > _APART]

@@ -7,7 +7,7 @@ import numpy as np
 from symgen.data.gaps import GAP
 from symgen.data.log import Log
 from symgen.data.mask import Bools, spans
-from symgen.data.raw import FloatArray
+from symgen.data.raw import FloatArray, Places
 from symgen.faults.channels import FEW_DIGITS, least_step
 
 #: Step of a position after held rows, over the steps before and after.
@@ -23,20 +23,19 @@ def stalled_rows(log: Log) -> Bools:
     """
     same = np.ones(len(log.t) - 1, dtype=bool)
     for x in (log.q, log.qd, log.tau):
-        for column in x.T if x is not None else ():
-            same &= column[1:] == column[:-1]
-    fresh = np.flatnonzero(np.concatenate([[True], ~same]))
+        if x is not None:
+            same &= (x[1:] == x[:-1]).all(axis=1)
+    fresh = np.flatnonzero(~np.concatenate([[False], same]))
     repeats = spans(same)
     place = np.searchsorted(fresh, repeats[:, 0])
     inside = (place > 0) & (place + 2 < len(fresh))
     repeats, place = repeats[inside], place[inside]
     before, first, after, last = (fresh[place + k] for k in (-1, 0, 1, 2))
-    slow = np.abs(log.q[first] - log.q[before]) / (first - before)[:, None]
-    later = np.abs(log.q[last] - log.q[after]) / (last - after)[:, None]
+    slower = np.maximum(_rates(log.q, before, first), _rates(log.q, after, last))
     step = np.abs(log.q[after] - log.q[first])
-    digits = FEW_DIGITS * np.array([least_step(x) for x in log.q.T])
-    far = (step >= _CATCHES_UP * np.maximum(slow, later)) & (step > digits)
-    stalls = far.any(axis=1)
+    digits = [FEW_DIGITS * least_step(x) for x in log.q.T]
+    far = (step >= _CATCHES_UP * slower) & (step > digits)
+    stalls = np.asarray(far.any(axis=1))
     short = repeats[:, 1] - repeats[:, 0] < GAP
     if 2 * stalls[short].sum() >= short.sum():
         stalls |= short
@@ -46,12 +45,18 @@ def stalled_rows(log: Log) -> Bools:
     return at
 
 
+def _rates(q: FloatArray, first: Places, last: Places) -> FloatArray:
+    """Return the mean changes of positions from row to row between some rows, (K, n)."""
+    rows = (last - first)[:, None]
+    return np.asarray(np.abs(q[last] - q[first]) / rows)
+
+
 def uniform_clock(t: FloatArray) -> FloatArray:
     """Return the uniform clock nearest to stamps (N,), with or without lost rows."""
     step = np.diff(t)
-    lost = np.cumsum(np.maximum(np.round(step / np.median(step)), 1.0))
-    counts = np.arange(len(t), dtype=float), np.concatenate([[0.0], lost])
-    clocks = [_line(count, t) for count in counts]
+    ticks = np.maximum(np.round(step / np.median(step)), 1.0)
+    lost = np.concatenate([[0.0], np.cumsum(ticks)])
+    clocks = [_line(index, t) for index in (np.arange(len(t), dtype=float), lost)]
     return min(clocks, key=lambda clock: float(np.median(np.abs(clock - t))))
 
 
@@ -62,7 +67,8 @@ def _line(index: FloatArray, t: FloatArray) -> FloatArray:
     for _ in range(8):  # reweighting removes the influence of late stamps
         slope, start = np.polyfit(index, t, 1, w=np.sqrt(weight))
         line = start + slope * index
-        weight = 1 / np.maximum(np.abs(t - line), 1e-3 * slope)
+        error = np.abs(t - line)
+        weight = 1 / np.maximum(error, 1e-3 * slope)
     return line
 
 
@@ -74,9 +80,13 @@ def roughness(q: FloatArray, t: FloatArray) -> float:
         t: (N,) their times.
     """
     change = np.diff(q, axis=0)
-    moving = np.abs(change) >= np.maximum(np.median(np.abs(change), axis=0), 1e-300)
     rough = np.abs(np.diff(change / np.diff(t)[:, None], axis=0))
+    size = np.abs(change)
+    moving = size >= np.maximum(np.median(size, axis=0), 1e-300)
     both = moving[1:] & moving[:-1]
-    sizes = [np.median(x[at]) for x, at in zip(rough.T, both.T, strict=True) if at.any()]
-    sizes = [size for size in sizes if size > 0]
-    return float(np.exp(np.mean(np.log(sizes)))) if sizes else 0.0
+    logs = []
+    for x, at in zip(rough.T, both.T, strict=True):
+        usual = np.median(x[at]) if at.any() else 0.0
+        if usual > 0:
+            logs.append(np.log(usual))
+    return float(np.exp(np.mean(logs))) if logs else 0.0

@@ -21,7 +21,7 @@ from symgen.estimation.masking import masked
 from symgen.estimation.opening import Groups, Source, Sources, open_log
 from symgen.faults.fault import Fault
 from symgen.faults.rules import apply
-from symgen.faults.samples import MASKED, masked_stalls, repaired
+from symgen.faults.samples import MASKED, repaired
 from symgen.faults.speeds import mended_speeds, silenced_torques, standing
 from symgen.policy import POSES
 from symgen.robot.types import Robot
@@ -63,8 +63,6 @@ def open_samples(
             f"{2 * LOWEST:g} Hz and more{_time_unit(step)}"
         )
     samples = sampled(log, clock)
-    if any(fault.kind == "stalled" for fault in repairs):
-        samples = masked_stalls(log, samples)
     samples, masks = apply(MASKED, samples, log)
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)

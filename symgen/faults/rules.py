@@ -37,7 +37,7 @@ class Channel:
     @property
     def name(self) -> str:
         """Name of the channel, such as "tau2"."""
-        return self.key if self.joint is None else f"{self.key}{self.joint + 1}"
+        return channel_name(self.key, self.joint)
 
     @property
     def q(self) -> FloatArray:
@@ -48,6 +48,11 @@ class Channel:
     def moves(self) -> bool:
         """Whether the joint moves beyond a few last digits of its position."""
         return moves(self.q)
+
+
+def channel_name(key: str, joint: int | None) -> str:
+    """Return the name of a channel, such as "tau2"."""
+    return key if joint is None else f"{key}{joint + 1}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,27 +103,25 @@ class Rule:
 
     def search(self, log: Any, about: Any = None) -> Findings:
         """Return the channels of a log with the fault, and their symptoms."""
-        pairs = ((channel, self.find(channel)) for channel in _channels(log, self.keys, about))
-        return [(channel, finding) for channel, finding in pairs if finding is not None]
-
-    def without(self, log: Any, findings: Findings) -> Any:
-        """Return a log without the faults in `findings`."""
-        for channel, finding in findings:
-            log = self.undo(log, channel, finding.data)
-        return log
+        findings = []
+        for channel in _channels(log, self.keys, about):
+            if symptom := self.find(channel):
+                findings.append((channel, symptom))
+        return findings
 
     def fault(self, findings: Findings) -> Fault:
         """Return one fault for all symptoms in a log."""
-        log, key = findings[0][0].log, findings[0][0].key
+        first, symptom = findings[0]
+        names = [c.name for c, _ in findings]
         joints = tuple(dict.fromkeys(c.joint for c, _ in findings if c.joint is not None))
-        every = {c.name for c, _ in findings} == {f"{key}{j + 1}" for j in range(log.q.shape[1])}
-        every = every and len(joints) > 1
-        channels = key if every else ", ".join(c.name for c, _ in findings)
-        numbers = {x: _between([f.numbers[x] for _, f in findings]) for x in findings[0][1].numbers}
+        width = first.log.q.shape[1]
+        every = len(joints) > 1 and {*names} == {channel_name(first.key, j) for j in range(width)}
+        channels = first.key if every else ", ".join(names)
+        numbers = {x: _between([f.numbers[x] for _, f in findings]) for x in symptom.numbers}
         return Fault(
-            log.name,
+            first.log.name,
             channels,
-            self.message.format(channels=channels, log=log.name, **numbers),
+            self.message.format(channels=channels, log=first.log.name, **numbers),
             sum(f.samples for _, f in findings),
             self.done,
             tuple(_values(findings, every)),
@@ -145,13 +148,15 @@ def _values(findings: Findings, every: bool) -> Iterator[tuple[str, float, float
     joints share belongs to the recorder.
     """
     for name in findings[0][1].values:
-        pairs = np.array([finding.values[name] for _, finding in findings])
+        pairs = np.array([symptom.values[name] for _, symptom in findings])
         value, std = pairs.mean(axis=0).tolist()
-        if len(findings) == 1 or (every and np.ptp(pairs[:, 0]) <= _ALIKE * abs(value)):
+        shared = every and np.ptp(pairs[:, 0]) <= _ALIKE * abs(value)
+        if len(findings) == 1 or shared:
             yield name, value, std
             continue
         for (channel, _), (x, error) in zip(findings, pairs.tolist(), strict=True):
-            yield name + channel.name.removeprefix(channel.key), x, error
+            number = channel.name.removeprefix(channel.key)
+            yield f"{name}{number}", x, error
 
 
 def _between(numbers: Sequence[float]) -> str:
@@ -176,6 +181,7 @@ def apply(rules: Iterable[Rule], log: Any, about: Any = None) -> tuple[Any, tupl
     faults: list[Fault] = []
     for rule in rules:
         if findings := rule.search(log, about):
-            log = rule.without(log, findings)
+            for channel, symptom in findings:
+                log = rule.undo(log, channel, symptom.data)
             faults.append(rule.fault(findings))
     return log, tuple(faults)

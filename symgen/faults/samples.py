@@ -35,7 +35,7 @@ from symgen.faults.undo import bridged, mask_samples, sloped
 from symgen.names import PRISMATIC
 from symgen.robot.types import WITHOUT_MOTOR
 
-_BRIEF = 3  # interpolated rows of a stall, and minimum number of rows in stalls
+_BRIEF = 3  # rows in stalls that are ignored
 #: Samples before and after a torque peak that show whether the motion follows it, and threshold in
 #: standard deviations.
 _AFTER, _FOLLOWS = 5, 4.0
@@ -54,25 +54,12 @@ def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
         log: the log, mapped to the joint side.
         sigma: types of the joints.
     """
+    log, faults = apply(RECORDED, log, sigma)
     converted = [
         Fault(log.name, columns, unit, 0, done, kind=CONVERTED)
         for columns, unit, done in log.converted
     ]
-    log, faults = apply(RECORDED, log, sigma)
     return log, (*converted, *faults)
-
-
-def masked_stalls(log: Log, samples: Samples) -> Samples:
-    """Mask the rows of stalls of the recorder that are too long to interpolate.
-
-    Args:
-        log: the log without these rows.
-        samples: the log with uniform steps.
-    """
-    after = np.clip(np.searchsorted(log.t, samples.t), 1, len(log.t) - 1)
-    inside = (samples.t > log.t[after - 1]) & (samples.t < log.t[after])
-    long = np.diff(log.t) > (_BRIEF + 1.5) * samples.step
-    return mask_samples(samples, inside & long[after - 1], range(samples.q.shape[1]))
 
 
 # Logs as recorded.
@@ -81,15 +68,16 @@ def masked_stalls(log: Log, samples: Samples) -> Samples:
 def _missing(c: Channel) -> Symptom | None:
     """Find missing values, in gaps short enough that reading interpolates them."""
     lost = _lost(c, c.log)
-    short = int((lost & ~long_runs(lost)).sum())
-    return Symptom(short) if short else None
+    short = lost & ~long_runs(lost)
+    return Symptom(int(short.sum())) if short.any() else None
 
 
 def _lost(c: Channel, log: Log) -> Bools:
     """Return which values of a channel are missing in a log as recorded, (N,)."""
     if log.missing is None:
         return np.zeros(len(log.t), dtype=bool)
-    return log.missing[:, c.joint, ("q", "qd", "tau").index(c.key)]
+    place = ("q", "qd", "tau").index(c.key)
+    return log.missing[:, c.joint, place]
 
 
 def _stalled(c: Channel) -> Symptom | None:
@@ -97,16 +85,18 @@ def _stalled(c: Channel) -> Symptom | None:
     at = stalled_rows(c.log)
     if at.sum() <= _BRIEF:
         return None
-    longest = np.diff(spans(at)).max() * np.median(np.diff(c.log.t))
-    return Symptom(int(at.sum()), ~at, {"longest": float(longest)})
+    rows_of_longest = np.diff(spans(at)).max()
+    longest = float(rows_of_longest * np.median(np.diff(c.log.t)))
+    return Symptom(int(at.sum()), ~at, {"longest": longest})
 
 
 def _wrapped(c: Channel) -> Symptom | None:
     """Find angles that jump by one turn between samples of a slow motion."""
-    unwrapped_x = None if c.about[c.joint] == PRISMATIC else unwrapped(c.x, 2 * np.pi)
-    if unwrapped_x is None:
+    angle = None if c.about[c.joint] == PRISMATIC else unwrapped(c.x, 2 * np.pi)
+    if angle is None:
         return None
-    return Symptom(int(np.sum(np.abs(np.diff(unwrapped_x - c.x)) > np.pi)), unwrapped_x)
+    jumps = np.abs(np.diff(angle - c.x)) > np.pi
+    return Symptom(int(jumps.sum()), angle)
 
 
 def _unsigned(c: Channel) -> Symptom | None:
@@ -115,15 +105,19 @@ def _unsigned(c: Channel) -> Symptom | None:
     if counts is None:
         return None
     high = np.abs(counts - c.x)
-    return Symptom(int(np.sum(high > least_step(c.x) / 2)), counts, {"span": high.max()})
+    changed = high > least_step(c.x) / 2
+    return Symptom(int(changed.sum()), counts, {"span": high.max()})
 
 
 def _outliers(c: Channel) -> Symptom | None:
     """Find single outliers, except torques that the motion follows."""
     at = outliers(c.x)
-    if len(at) == 0 or (c.key == "tau" and _follows(c.q, (c.x - without(c.x, at)))):
+    if len(at) == 0:
         return None
-    return Symptom(len(at), without(c.x, at))
+    x = without(c.x, at)
+    if c.key == "tau" and _follows(c.q, c.x - x):
+        return None
+    return Symptom(len(at), x)
 
 
 def _follows(q: FloatArray, height: FloatArray) -> bool:
@@ -139,7 +133,8 @@ def _follows(q: FloatArray, height: FloatArray) -> bool:
     change, reach = np.zeros(len(q)), _AFTER + 1
     moved = q[_AFTER:] - q[:-_AFTER]
     change[reach:-reach] = moved[reach + 1 :] - moved[: -reach - 1]
-    change -= (np.roll(change, 2 * _AFTER) + np.roll(change, -2 * _AFTER)) / 2
+    around = np.roll(change, 2 * _AFTER) + np.roll(change, -2 * _AFTER)
+    change -= around / 2
     size = float(np.linalg.norm(height) * rms(change))
     return abs(float(height @ change)) > _FOLLOWS * size
 
@@ -150,7 +145,8 @@ def _held(c: Channel) -> Symptom | None:
     if k == 1:
         return None
     first, _ = runs(c.x)
-    return Symptom(len(c.x), np.interp(c.log.t, c.log.t[first], c.x[first]), {"k": k})
+    t = c.log.t
+    return Symptom(len(c.x), np.interp(t, t[first], c.x[first]), {"k": k})
 
 
 def _jitter(c: Channel) -> Symptom | None:
@@ -163,7 +159,8 @@ def _jitter(c: Channel) -> Symptom | None:
     clock = uniform_clock(t)
     if np.diff(clock).min() <= 0 or roughness(q, clock) >= _CLOCK * roughness(q, t):
         return None
-    return Symptom(len(t), clock, {"ms": 1e3 * float(np.std(clock - t))})
+    jitter = float(np.std(clock - t))
+    return Symptom(len(t), clock, {"ms": 1e3 * jitter})
 
 
 #: Rules for logs as recorded; their further data are the types of the joints.
@@ -172,7 +169,7 @@ RECORDED = (
     Rule(
         "stalled", ("all",), _stalled,
         "rows that repeat the row before while the robot moves, up to {longest} s",
-        f"interpolated up to {_BRIEF} in a row, masked beyond",
+        "interpolated, or masked as a gap in time",
         lambda log, _, at: rows(log, at),
     ),
     Rule("wrapped", ("q",), _wrapped, "jumps of 2 pi", "unwrapped", with_values),
@@ -217,16 +214,22 @@ def _masked(c: Channel, at: Bools, **numbers: float) -> Symptom | None:
 
 def _saturated(c: Channel) -> Symptom | None:
     """Find clipped torques."""
-    x = np.ascontiguousarray(c.about.tau[:, c.joint])
+    x = _recorded(c)
     at = clipped(x)
-    return _masked(c, at, limit=float(np.abs(x[at]).max(initial=0.0)))
+    limit = float(np.abs(x[at]).max(initial=0.0))
+    return _masked(c, at, limit=limit)
+
+
+def _recorded(c: Channel) -> FloatArray:
+    """Return the values of a channel in the recorded log, (N,)."""
+    return np.ascontiguousarray(getattr(c.about, c.key)[:, c.joint])
 
 
 def _stuck(c: Channel) -> Symptom | None:
     """Find a channel that keeps a value while the robot moves, for a part of the log."""
     if c.key == "qd" and c.about.qd is None:
         return None
-    x = np.ascontiguousarray(getattr(c.about, c.key)[:, c.joint])
+    x = _recorded(c)
     at = _constant(c, x, c.about)
     if c.key == "tau":
         at &= ~clipped(x)
@@ -252,26 +255,32 @@ def _constant(c: Channel, x: FloatArray, log: Log | Samples) -> Bools:
     long = lengths >= max(_STUCK, _LONGER * usual)
     if not long.any() or not c.moves:
         return out
-    joint = [c.joint or 0]
-    if c.key != "q":
-        q = c.log.q if c.key == "tau" else c.log.q[:, joint]
-        moving = on_grid(_fast(np.gradient(q, c.log.step, axis=0)), c.log.t, log.t)
-    elif c.log.velocity_derived or log.qd is None:
-        moving = np.ones(len(x), dtype=bool)
-    else:
-        moving = _fast(log.qd[:, joint])
+    moving = _moving(c, log)
     size = np.abs(np.diff(x, prepend=x[0], append=x[-1]))  # before and after each sample
     least = -1.0 if c.key == "tau" else _LEAVES * usual_step(x)
-    for start, end in zip(first[long], (first + lengths)[long], strict=True):
-        steps_on = max(size[start], size[end]) > least or end - start > _DEAD * len(x)
-        if steps_on and 2 * moving[start:end].sum() >= end - start:
+    for start, count in zip(first[long], lengths[long], strict=True):
+        end = start + count
+        steps_on = max(size[start], size[end]) > least or count > _DEAD * len(x)
+        if steps_on and 2 * moving[start:end].sum() >= count:
             out[start:end] = True
     return out
 
 
+def _moving(c: Channel, log: Log | Samples) -> Bools:
+    """Return where the other channels of a joint, or of the robot, show a motion, (N,)."""
+    joint = slice(None) if c.key == "tau" else [c.joint or 0]
+    if c.key != "q":
+        speeds = np.gradient(c.log.q[:, joint], c.log.step, axis=0)
+        return on_grid(_fast(speeds), c.log.t, log.t)
+    if c.log.velocity_derived or log.qd is None:
+        return np.ones(len(log.t), dtype=bool)
+    return _fast(log.qd[:, joint])
+
+
 def _fast(speeds: FloatArray) -> Bools:
     """Return where a joint is faster than a share of its RMS speed, (N,), from speeds (N, k)."""
-    return np.asarray((np.abs(speeds) > _MOVES * rms(speeds)).any(axis=1))
+    fast = np.abs(speeds) > _MOVES * rms(speeds)
+    return np.asarray(fast.any(axis=1))
 
 
 def _mask(samples: Samples, c: Channel, at: Bools) -> Samples:
@@ -319,16 +328,18 @@ def _dead(c: Channel) -> Symptom | None:
     at = np.flatnonzero(_constant(c, c.x, c.log))
     if unknown or len(at) <= _DEAD * len(c.x):
         return None
-    return Symptom(len(at), numbers={"since": c.log.t[at[0]], "until": c.log.t[at[-1]]})
+    since, until = c.log.t[at[[0, -1]]]
+    return Symptom(len(at), numbers={"since": since, "until": until})
 
 
 def _steps(c: Channel) -> Symptom | None:
     """Find positions that jump from one sample to the next."""
-    at = steps(c.x) if c.moves else np.zeros(0, dtype=np.int64)
-    if len(at) == 0:
+    at = steps(c.x)
+    if len(at) == 0 or not c.moves:
         return None
     k = int(at[0])
-    return Symptom(len(at), numbers={"size": c.x[k + 1] - c.x[k], "at": c.log.t[k]})
+    numbers = {"size": c.x[k + 1] - c.x[k], "at": c.log.t[k]}
+    return Symptom(len(at), numbers=numbers)
 
 
 _CONSTANT = (

@@ -61,8 +61,9 @@ def standing(samples: Samples, comparison_hz: float) -> Bools:
     """Return which joints never move, (n,): their positions contain only noise."""
     band = _within(comparison_hz, samples.step)
     low = lowpass(samples.q, samples.step, band)
-    quiet = np.std(low, axis=0) <= BEYOND * _noise(samples.q - low, samples.step, band)
-    return np.asarray(quiet | [not moves(q) for q in samples.q.T])
+    noise = _noise(samples.q - low, samples.step, band)
+    fixed = [not moves(q) for q in samples.q.T]
+    return np.asarray((np.std(low, axis=0) <= BEYOND * noise) | fixed)
 
 
 def _within(band: float, step: float) -> float:
@@ -72,7 +73,8 @@ def _within(band: float, step: float) -> float:
 
 def _noise(high: FloatArray, step: float, band: float) -> FloatArray:
     """Return the standard deviation in a band, (k,), of white noise with `high` above the band."""
-    return white_noise(high, step, band) * math.sqrt(2 * band * step)
+    share = 2 * band * step
+    return white_noise(high, step, band) * math.sqrt(share)
 
 
 def _speed(c: Channel) -> Symptom | None:
@@ -82,12 +84,14 @@ def _speed(c: Channel) -> Symptom | None:
     band = _within(_SLOPES * comparison_hz, step)
     at = np.ones(len(c.x), dtype=bool)
     if samples.mask is not None:  # without samples that the filter mixes with masked ones
-        at = ~touched(samples.mask.robot, math.ceil(1 / (band * step)))
+        reach = math.ceil(1 / (band * step))
+        at = ~touched(samples.mask.robot, reach)
     q, v, a = lowpass_and_slopes(c.q, step, band, 2)
     w = lowpass(c.x, step, band)
-    spread, difference = float(np.std(q)), (w - v)[at]
-    least = BEYOND * _noise(np.column_stack([c.q - q, c.x - w]), step, band)
-    if not c.moves or spread <= least[0] or rms(difference) <= least[1] or not v[at].any():
+    difference = (w - v)[at]
+    high = np.column_stack([c.q - q, c.x - w])
+    of_q, of_w = BEYOND * _noise(high, step, band)
+    if not c.moves or np.std(q) <= of_q or rms(difference) <= of_w or not v[at].any():
         return None
     A = np.column_stack([v, a, np.ones(len(v))])[at]
     delay, inverse = 0.0, np.linalg.pinv(A)
@@ -98,19 +102,19 @@ def _speed(c: Channel) -> Symptom | None:
             break
         delay = float(later)
     moved = shifted(w, delay, step)[at]
-    rest = float(np.mean((moved - A @ [gain, 0.0, offset]) ** 2))
+    residual = moved - A @ [gain, 0.0, offset]
+    rest = float(np.mean(residual**2))
     error = float(rms(A @ [gain - 1, -gain * delay, offset]))
     alike = float(np.corrcoef(moved, v[at])[0, 1]) if np.ptp(moved) else 0.0
     explained = rest <= (1 - _EXPLAINED) * float(np.mean(difference**2))
-    if alike >= _CORRELATED and not (explained and error > LEAST * float(rms(v[at]))):
+    matters = error > LEAST * float(rms(v[at]))
+    if alike >= _CORRELATED and not (explained and matters):
         return None
     # Filtered rows are correlated: only one per period of the low-pass counts.
-    std = np.sqrt(rest * max(longest / step, 1.0) / np.sum(A**2, axis=0)).tolist()
-    values = {
-        "GV": (float(gain - 1), std[0]),
-        "LV": (delay, std[1]),
-        "OV": (float(offset), std[2]),
-    }
+    variance = rest * max(longest / step, 1.0)
+    std = np.sqrt(variance / np.sum(A**2, axis=0)).tolist()
+    found = float(gain - 1), delay, float(offset)
+    values = dict(zip(("GV", "LV", "OV"), zip(found, std, strict=True), strict=True))
     numbers = {"gain": gain, "late": 1e3 * delay, "offset": offset, "alike": alike}
     return Symptom(len(v), v, numbers, values)
 
@@ -122,14 +126,16 @@ def _drowned(samples: Samples, comparison_hz: float) -> Bools:
     """
     step, band = samples.step, _within(comparison_hz, samples.step)
     low = lowpass(samples.tau, step, band)
+    noise = _noise(samples.tau - low, step, band)
     most = 1 + BEYOND / math.sqrt(4 * band * step * len(low))
-    drowned = rms(low) <= most * _noise(samples.tau - low, step, band)
+    drowned = rms(low) <= most * noise
     return np.asarray(low.any(axis=0) & drowned & ~drowned.all())
 
 
 def _silent(c: Channel) -> Symptom | None:
     """Find a torque that contains only noise while its joint moves."""
-    return Symptom(len(c.x), np.zeros(len(c.x))) if c.about[c.joint] else None
+    silence = np.zeros(len(c.x))
+    return Symptom(len(c.x), silence) if c.about[c.joint] else None
 
 
 #: Its further data are the comparison band, Hz.

@@ -136,6 +136,18 @@ def test_a_stall_is_masked_and_a_robot_at_rest_is_not() -> None:
     assert "stalled" not in [r.kind for r in _opened(*rest)[1]]
 
 
+def test_stalls_of_20_ms_are_interpolated_as_other_gaps_in_time() -> None:
+    q, qd, tau = _motion(4)
+    rows = round(0.02 / STEP)
+    index = np.arange(len(T))
+    for start in (2000, 4000, 6000):
+        index[start : start + rows] = start
+    samples, repairs = _opened(q[index], qd[index], tau[index])
+    assert _told(repairs) == [("all", "stalled")]
+    assert samples.mask is None
+    assert np.abs(samples.q - q).max() < 0.01 * np.abs(q[index] - q).max()
+
+
 def test_single_held_rows_of_one_joint_are_interpolated() -> None:
     q, _, tau = _motion(6)
     at = np.flatnonzero(np.random.default_rng(6).random(len(T)) < 0.23)
