@@ -50,8 +50,8 @@ def moves(x: FloatArray) -> bool:
 
 def runs(x: FloatArray) -> tuple[Places, Places]:
     """Return where each run of one value starts, and its length in samples."""
-    changes = np.flatnonzero(x[1:] != x[:-1]) + 1
-    first = np.concatenate([[0], changes])
+    changed = x[1:] != x[:-1]
+    first = np.flatnonzero(np.concatenate([[True], changed]))
     return first, np.diff(first, append=len(x))
 
 
@@ -72,7 +72,8 @@ def outliers(x: FloatArray) -> Places:
     d = np.diff(x)
     size = np.abs(d)
     before, after = d[:-1], -d[1:]
-    height = np.where(before * after > 0, np.minimum(size[:-1], size[1:]), 0.0)
+    smaller = np.minimum(size[:-1], size[1:])
+    height = np.where(before * after > 0, smaller, 0.0)
     changes = (before != 0) | (after != 0)
     usual = 0.0
     if changes.any():
@@ -86,7 +87,9 @@ def outliers(x: FloatArray) -> Places:
         adjacent = np.concatenate([left[-1:], right[:1]])
         if height[k - 1] > _AROUND * max(around[-3], adjacent.max(initial=0)):
             indices.append(int(k))
-    return none if len(indices) > _MANY * len(x) else np.array(indices, dtype=np.int64)
+    if len(indices) > _MANY * len(x):
+        return none
+    return np.array(indices, dtype=np.int64)
 
 
 def without(x: FloatArray, at: Places) -> FloatArray:
@@ -156,12 +159,13 @@ def clipped(x: FloatArray) -> Bools:
         if top < 0.5 * most or at.sum() < _FLAT or len(others) == 0:
             continue
         levels = np.unique(y[y > top - 0.1 * (top - bottom)])
-        digit = float(levels[-1] - levels[-2]) if len(levels) > 1 else 0.0
+        digit = np.diff(levels)[-1] if len(levels) > 1 else 0.0
         near = int(np.sum(y >= top - 1.5 * digit))
         below = near - int(at.sum())
         usual = float(np.percentile(others, 90))
-        piled = at.sum() >= _FLAT * usual and at.sum() > _PILED * max(below, 1)
-        if piled and lengths[at[first]].max() >= _RUN * usual:
+        longest = lengths[at[first]].max()
+        piled = at.sum() > _PILED * max(below, 1)
+        if piled and at.sum() >= _FLAT * usual and longest >= _RUN * usual:
             out |= at
     return out
 

@@ -30,8 +30,10 @@ def stalled_rows(log: Log) -> Bools:
     place = np.searchsorted(fresh, repeats[:, 0])
     inside = (place > 0) & (place + 2 < len(fresh))
     repeats, place = repeats[inside], place[inside]
-    before, first, after, last = (fresh[place + k] for k in (-1, 0, 1, 2))
-    slower = np.maximum(_rates(log.q, before, first), _rates(log.q, after, last))
+    before, first = fresh[place - 1], fresh[place]
+    after, last = fresh[place + 1], fresh[place + 2]
+    earlier, later = _rates(log.q, before, first), _rates(log.q, after, last)
+    slower = np.maximum(earlier, later)
     step = np.abs(log.q[after] - log.q[first])
     digits = [FEW_DIGITS * least_step(x) for x in log.q.T]
     far = (step >= _CATCHES_UP * slower) & (step > digits)
@@ -48,7 +50,8 @@ def stalled_rows(log: Log) -> Bools:
 def _rates(q: FloatArray, first: Places, last: Places) -> FloatArray:
     """Return the mean changes of positions from row to row between some rows, (K, n)."""
     rows = (last - first)[:, None]
-    return np.asarray(np.abs(q[last] - q[first]) / rows)
+    change = np.abs(q[last] - q[first])
+    return np.asarray(change / rows)
 
 
 def uniform_clock(t: FloatArray) -> FloatArray:
@@ -56,7 +59,8 @@ def uniform_clock(t: FloatArray) -> FloatArray:
     step = np.diff(t)
     ticks = np.maximum(np.round(step / np.median(step)), 1.0)
     lost = np.concatenate([[0.0], np.cumsum(ticks)])
-    clocks = [_line(index, t) for index in (np.arange(len(t), dtype=float), lost)]
+    every = np.arange(len(t), dtype=float)
+    clocks = [_line(every, t), _line(lost, t)]
     return min(clocks, key=lambda clock: float(np.median(np.abs(clock - t))))
 
 
@@ -80,7 +84,8 @@ def roughness(q: FloatArray, t: FloatArray) -> float:
         t: (N,) their times.
     """
     change = np.diff(q, axis=0)
-    rough = np.abs(np.diff(change / np.diff(t)[:, None], axis=0))
+    speed = change / np.diff(t)[:, None]
+    rough = np.abs(np.diff(speed, axis=0))
     size = np.abs(change)
     moving = size >= np.maximum(np.median(size, axis=0), 1e-300)
     both = moving[1:] & moving[:-1]

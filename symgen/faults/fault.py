@@ -77,14 +77,9 @@ def shifted_torques(channel: str, delay: float, std: float = math.nan, who: str 
     """
     word = "late" if delay > 0 else "early"
     joints = who or ("all joints" if channel == "tau" else channel)
-    return Fault(
-        EVERYWHERE,
-        channel,
-        f"the torques of {joints} are {1e3 * abs(delay):.3g} ms {word} against the motion",
-        done="shifted",
-        values=(("DT", delay, std),),
-        kind="delay",
-    )
+    text = f"the torques of {joints} are {1e3 * abs(delay):.3g} ms {word} against the motion"
+    values = (("DT", delay, std),)
+    return Fault(EVERYWHERE, channel, text, done="shifted", values=values, kind="delay")
 
 
 def torques_of(fault: Fault) -> list[int] | None:

@@ -55,22 +55,19 @@ def mended_channels(
         sigma: types of the movable joints.
     """
     for before, after in logs:
-        here = [f for f in faults if f.log == before.name]
+        of_channel: dict[str, Fault] = {}
+        for fault in faults:
+            for channel in fault.channel.split(", ") if fault.log == before.name else ():
+                of_channel.setdefault(channel, fault)
         for key, kind in _KINDS.items():
             for j in range(len(sigma) if getattr(before, key) is not None else 0):
                 channel = f"{key}{j + 1}"
-                keys = (channel, key, "all")
-                named = [f for name in keys for f in here if name in _channels(f)]
-                drawn = _around_change(before, after, key, j) if named else None
-                if drawn is not None:
-                    head = f"{named[0].log}: {named[0].channel}: "
-                    says = named[0].in_words.removeprefix(head)
+                found = of_channel.get(channel) or of_channel.get(key) or of_channel.get("all")
+                drawn = found and _around_change(before, after, key, j)
+                if found and drawn:
+                    says = found.in_words.removeprefix(f"{found.log}: {found.channel}: ")
                     unit = effect_unit(kind, sigma[j])
                     yield MendedChannel(before.name, channel, says, unit, *drawn)
-
-
-def _channels(fault: Fault) -> list[str]:
-    return fault.channel.split(", ")
 
 
 def largest_repairs(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, ...]:
@@ -86,13 +83,15 @@ def _around_change(
     used = np.array(getattr(after, key)[:, j])
     if key == "tau" and after.mask is not None:
         used[after.mask.joint[:, j]] = np.nan
-    there = np.interp(t, after.t, used)
     spread = float(np.std(x)) or 1.0
-    change = np.where(np.isnan(there), spread, np.abs(there - x))
+    change = np.abs(np.interp(t, after.t, used) - x)
+    change = np.nan_to_num(change, nan=spread)
     at = int(np.argmax(change))
     if change[at] <= 1e-9 * spread:
         return None
-    first, last = max(at - _MARGIN, 0), min(at + _MARGIN, len(t) - 1)
-    shown = (after.t >= t[first]) & (after.t <= t[last])
-    recorded = np.stack([t[first : last + 1], x[first : last + 1]])
-    return recorded, np.stack([after.t[shown], used[shown]]), float(rms(change)) / spread
+    near = slice(max(at - _MARGIN, 0), at + _MARGIN + 1)
+    recorded = np.stack([t[near], x[near]])
+    start, end = recorded[0, [0, -1]]
+    shown = (after.t >= start) & (after.t <= end)
+    repaired = np.stack([after.t[shown], used[shown]])
+    return recorded, repaired, float(rms(change)) / spread

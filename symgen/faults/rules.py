@@ -113,11 +113,15 @@ class Rule:
         """Return one fault for all symptoms in a log."""
         first, symptom = findings[0]
         names = [c.name for c, _ in findings]
-        joints = tuple(dict.fromkeys(c.joint for c, _ in findings if c.joint is not None))
+        of_joints = [c.joint for c, _ in findings if c.joint is not None]
+        joints = tuple(dict.fromkeys(of_joints))
         width = first.log.q.shape[1]
-        every = len(joints) > 1 and {*names} == {channel_name(first.key, j) for j in range(width)}
+        channels_of_key = {channel_name(first.key, j) for j in range(width)}
+        every = len(joints) > 1 and {*names} == channels_of_key
         channels = first.key if every else ", ".join(names)
-        numbers = {x: _between([f.numbers[x] for _, f in findings]) for x in symptom.numbers}
+        numbers = {}
+        for name in symptom.numbers:
+            numbers[name] = _between([s.numbers[name] for _, s in findings])
         return Fault(
             first.log.name,
             channels,
@@ -150,7 +154,8 @@ def _values(findings: Findings, every: bool) -> Iterator[tuple[str, float, float
     for name in findings[0][1].values:
         pairs = np.array([symptom.values[name] for _, symptom in findings])
         value, std = pairs.mean(axis=0).tolist()
-        shared = every and np.ptp(pairs[:, 0]) <= _ALIKE * abs(value)
+        spread = np.ptp(pairs[:, 0])
+        shared = every and spread <= _ALIKE * abs(value)
         if len(findings) == 1 or shared:
             yield name, value, std
             continue
@@ -161,7 +166,8 @@ def _values(findings: Findings, every: bool) -> Iterator[tuple[str, float, float
 
 def _between(numbers: Sequence[float]) -> str:
     """Return the range of some numbers as text."""
-    low, high = f"{min(numbers):.3g}", f"{max(numbers):.3g}"
+    low = f"{min(numbers):.3g}"
+    high = f"{max(numbers):.3g}"
     return low if low == high else f"{low} to {high}"
 
 

@@ -86,16 +86,18 @@ def _stalled(c: Channel) -> Symptom | None:
     if at.sum() <= _BRIEF:
         return None
     rows_of_longest = np.diff(spans(at)).max()
-    longest = float(rows_of_longest * np.median(np.diff(c.log.t)))
+    step = np.median(np.diff(c.log.t))
+    longest = float(rows_of_longest * step)
     return Symptom(int(at.sum()), ~at, {"longest": longest})
 
 
 def _wrapped(c: Channel) -> Symptom | None:
     """Find angles that jump by one turn between samples of a slow motion."""
-    angle = None if c.about[c.joint] == PRISMATIC else unwrapped(c.x, 2 * np.pi)
-    if angle is None:
+    angle = unwrapped(c.x, 2 * np.pi)
+    if angle is None or c.about[c.joint] == PRISMATIC:
         return None
-    jumps = np.abs(np.diff(angle - c.x)) > np.pi
+    turns = np.diff(angle - c.x)
+    jumps = np.abs(turns) > np.pi
     return Symptom(int(jumps.sum()), angle)
 
 
@@ -133,8 +135,9 @@ def _follows(q: FloatArray, height: FloatArray) -> bool:
     change, reach = np.zeros(len(q)), _AFTER + 1
     moved = q[_AFTER:] - q[:-_AFTER]
     change[reach:-reach] = moved[reach + 1 :] - moved[: -reach - 1]
-    around = np.roll(change, 2 * _AFTER) + np.roll(change, -2 * _AFTER)
-    change -= around / 2
+    later = np.roll(change, 2 * _AFTER)
+    earlier = np.roll(change, -2 * _AFTER)
+    change -= (later + earlier) / 2
     size = float(np.linalg.norm(height) * rms(change))
     return abs(float(height @ change)) > _FOLLOWS * size
 
@@ -146,7 +149,8 @@ def _held(c: Channel) -> Symptom | None:
         return None
     first, _ = runs(c.x)
     t = c.log.t
-    return Symptom(len(c.x), np.interp(t, t[first], c.x[first]), {"k": k})
+    x = np.interp(t, t[first], c.x[first])
+    return Symptom(len(x), x, {"k": k})
 
 
 def _jitter(c: Channel) -> Symptom | None:
@@ -209,7 +213,8 @@ def _masked(c: Channel, at: Bools, **numbers: float) -> Symptom | None:
     if not at.any():
         return None
     values = {name: (x, 0.0) for name, x in numbers.items()}
-    return Symptom(int(at.sum()), on_grid(at, c.about.t, c.log.t), numbers, values)
+    mask = on_grid(at, c.about.t, c.log.t)
+    return Symptom(int(at.sum()), mask, numbers, values)
 
 
 def _saturated(c: Channel) -> Symptom | None:
@@ -260,7 +265,8 @@ def _constant(c: Channel, x: FloatArray, log: Log | Samples) -> Bools:
     least = -1.0 if c.key == "tau" else _LEAVES * usual_step(x)
     for start, count in zip(first[long], lengths[long], strict=True):
         end = start + count
-        steps_on = max(size[start], size[end]) > least or count > _DEAD * len(x)
+        steps_on = max(size[start], size[end]) > least
+        steps_on |= count > _DEAD * len(x)
         if steps_on and 2 * moving[start:end].sum() >= count:
             out[start:end] = True
     return out
@@ -270,7 +276,8 @@ def _moving(c: Channel, log: Log | Samples) -> Bools:
     """Return where the other channels of a joint, or of the robot, show a motion, (N,)."""
     joint = slice(None) if c.key == "tau" else [c.joint or 0]
     if c.key != "q":
-        speeds = np.gradient(c.log.q[:, joint], c.log.step, axis=0)
+        q = c.log.q[:, joint]
+        speeds = np.gradient(q, c.log.step, axis=0)
         return on_grid(_fast(speeds), c.log.t, log.t)
     if c.log.velocity_derived or log.qd is None:
         return np.ones(len(log.t), dtype=bool)
@@ -338,8 +345,8 @@ def _steps(c: Channel) -> Symptom | None:
     if len(at) == 0 or not c.moves:
         return None
     k = int(at[0])
-    numbers = {"size": c.x[k + 1] - c.x[k], "at": c.log.t[k]}
-    return Symptom(len(at), numbers=numbers)
+    size = c.x[k + 1] - c.x[k]
+    return Symptom(len(at), numbers={"size": size, "at": c.log.t[k]})
 
 
 _CONSTANT = (

@@ -63,7 +63,8 @@ def standing(samples: Samples, comparison_hz: float) -> Bools:
     low = lowpass(samples.q, samples.step, band)
     noise = _noise(samples.q - low, samples.step, band)
     fixed = [not moves(q) for q in samples.q.T]
-    return np.asarray((np.std(low, axis=0) <= BEYOND * noise) | fixed)
+    quiet = np.std(low, axis=0) <= BEYOND * noise
+    return np.asarray(quiet | fixed)
 
 
 def _within(band: float, step: float) -> float:
@@ -93,7 +94,8 @@ def _speed(c: Channel) -> Symptom | None:
     of_q, of_w = BEYOND * _noise(high, step, band)
     if not c.moves or np.std(q) <= of_q or rms(difference) <= of_w or not v[at].any():
         return None
-    A = np.column_stack([v, a, np.ones(len(v))])[at]
+    columns = np.column_stack([v, a, np.ones(len(v))])
+    A = columns[at]
     delay, inverse = 0.0, np.linalg.pinv(A)
     for _ in range(_PASSES):
         gain, bend, offset = inverse @ shifted(w, delay, step)[at]
@@ -104,15 +106,20 @@ def _speed(c: Channel) -> Symptom | None:
     moved = shifted(w, delay, step)[at]
     residual = moved - A @ [gain, 0.0, offset]
     rest = float(np.mean(residual**2))
-    error = float(rms(A @ [gain - 1, -gain * delay, offset]))
-    alike = float(np.corrcoef(moved, v[at])[0, 1]) if np.ptp(moved) else 0.0
-    explained = rest <= (1 - _EXPLAINED) * float(np.mean(difference**2))
+    change = A @ [gain - 1, -gain * delay, offset]
+    error = float(rms(change))
+    alike = 0.0
+    if np.ptp(moved):
+        alike = float(np.corrcoef(moved, v[at])[0, 1])
+    before = float(np.mean(difference**2))
+    explained = rest <= (1 - _EXPLAINED) * before
     matters = error > LEAST * float(rms(v[at]))
     if alike >= _CORRELATED and not (explained and matters):
         return None
     # Filtered rows are correlated: only one per period of the low-pass counts.
     variance = rest * max(longest / step, 1.0)
-    std = np.sqrt(variance / np.sum(A**2, axis=0)).tolist()
+    squares = np.sum(A**2, axis=0)
+    std = np.sqrt(variance / squares).tolist()
     found = float(gain - 1), delay, float(offset)
     values = dict(zip(("GV", "LV", "OV"), zip(found, std, strict=True), strict=True))
     numbers = {"gain": gain, "late": 1e3 * delay, "offset": offset, "alike": alike}

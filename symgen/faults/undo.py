@@ -8,16 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from symgen.data.log import Rows
-from symgen.data.mask import Bools, Mask
+from symgen.data.log import Rows, rows
+from symgen.data.mask import Bools
 from symgen.data.raw import FloatArray, read_only
 from symgen.data.signals import (
     Samples,
-    can_filter,
     differentiate,
     interpolated,
-    lowpass,
     lowpass_and_slopes,
+    smoothed,
 )
 from symgen.estimation.decimation import ENDS
 from symgen.estimation.filtered_log import FilteredLog, base_motion
@@ -49,31 +48,37 @@ def bridged(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
     """Interpolate positions over some samples, and mask these."""
     q, t = samples.q.copy(), samples.t
     for j in joints:
-        q[at, j] = interpolated(t[~at], q[~at, j])(t[at])
-    return mask_samples(replace(samples, q=read_only(q)), at, range(q.shape[1]))
+        curve = interpolated(t[~at], q[~at, j])
+        q[at, j] = curve(t[at])
+    every = range(q.shape[1])
+    return mask_samples(replace(samples, q=read_only(q)), at, every)
 
 
 def sloped(samples: Samples, at: Bools, j: int) -> Samples:
     """Replace the speed of a joint by dq/dt at some samples."""
-    q, step = samples.q[:, j], samples.step
-    q = lowpass(q, step, _SMOOTH) if can_filter(_SMOOTH, step) else q
-    return with_column(samples, "qd", j, np.where(at, differentiate(q, step), samples.qd[:, j]))
+    q = smoothed(samples.q[:, j], samples.step, _SMOOTH)
+    slope = differentiate(q, samples.step)
+    qd = np.where(at, slope, samples.qd[:, j])
+    return with_column(samples, "qd", j, qd)
 
 
 def shifted(x: FloatArray, delay: float, step: float) -> FloatArray:
     """Return a signal `delay` s later, by cubic interpolation (Catmull and Rom)."""
     if delay == 0.0:
         return x
+    last = len(x) - 1
     at = np.arange(len(x)) + delay / step
-    at = np.clip(at, 0.0, len(x) - 1.0)
-    k = np.clip(at.astype(np.int64), 0, len(x) - 2)
+    at = np.clip(at, 0.0, float(last))
+    k = np.clip(at.astype(np.int64), 0, last - 1)
     u = at - k
-    p0, p1 = x[np.maximum(k - 1, 0)], x[k]
-    p2, p3 = x[k + 1], x[np.minimum(k + 2, len(x) - 1)]
-    return np.asarray(
-        p1
-        + 0.5 * u * (p2 - p0 + u * (2 * p0 - 5 * p1 + 4 * p2 - p3 + u * (3 * (p1 - p2) + p3 - p0)))
-    )
+    before = np.maximum(k - 1, 0)
+    after = np.minimum(k + 2, last)
+    p0, p1 = x[before], x[k]
+    p2, p3 = x[k + 1], x[after]
+    cubic = 3 * (p1 - p2) + p3 - p0
+    square = 2 * p0 - 5 * p1 + 4 * p2 - p3
+    change = p2 - p0 + u * (square + u * cubic)
+    return np.asarray(p1 + 0.5 * u * change)
 
 
 def with_earlier_torques(
@@ -90,9 +95,11 @@ def with_known_shifts(
     samples: Samples, shifts: Sequence[Fault]
 ) -> tuple[Samples, tuple[Fault, ...]]:
     """Shift the torques of a log as an estimate did; return also the repairs of this log."""
+    repairs = []
     for fault in shifts:
         samples = with_earlier_torques(samples, delay_of(fault), torques_of(fault))
-    return samples, tuple(replace(f, log=samples.name, samples=len(samples.t)) for f in shifts)
+        repairs.append(replace(fault, log=samples.name, samples=len(samples.t)))
+    return samples, tuple(repairs)
 
 
 # Logs in the band of a run.
@@ -106,8 +113,9 @@ def earlier(log: FilteredLog, delay: float, joints: Sequence[int]) -> FilteredLo
     """
     samples = with_earlier_torques(log.samples, delay, joints)
     if abs(delay) > ENDS / 2:
-        then = log.t + delay
-        samples = mask_samples(samples, (then < log.t[0]) | (then > log.t[-1]), joints)
+        then, (start, end) = log.t + delay, log.t[[0, -1]]
+        outside = (then < start) | (then > end)
+        samples = mask_samples(samples, outside, joints)
     return replace(log, samples=samples)
 
 
@@ -143,24 +151,28 @@ def sharpened(log: FilteredLog, time: float, joints: Sequence[int]) -> FilteredL
         slope = np.gradient(log.tau, log.step, axis=0)
     else:  # the slope within the comparison band
         _, slope = lowpass_and_slopes(log.tau, log.step, 2 * smooth, 1)
-    tau = log.tau.copy()
-    tau[:, list(joints)] += time * slope[:, list(joints)]
+    tau, columns = log.tau.copy(), list(joints)
+    tau[:, columns] += time * slope[:, columns]
     return replace(log, samples=replace(log.samples, tau=read_only(tau)))
 
 
 def backwards(log: FilteredLog) -> FilteredLog:
     """Reverse a log in time: the last sample comes first, and speeds change their sign."""
     samples = log.samples
-    turned = {key: read_only(getattr(samples, key)[::-1]) for key in ("q", "tau")}
-    changed: dict[str, Any] = {**turned, "qd": read_only(-samples.qd[::-1])}
+    changed: dict[str, Any] = {
+        "q": read_only(samples.q[::-1]),
+        "tau": read_only(samples.tau[::-1]),
+        "qd": read_only(-samples.qd[::-1]),
+    }
     if samples.imu is not None:
         half = np.repeat([1.0, -1.0], 3)  # angular velocities change their sign
         changed["imu"] = read_only(samples.imu[::-1] * half)
     if samples.mask is not None:
-        changed["mask"] = Mask(samples.mask.joint[::-1], samples.mask.robot[::-1])
-    q, qd = (np.ascontiguousarray(x) for x in (log.q[::-1], -log.qd[::-1]))
-    turned_log = replace(log, samples=replace(samples, **changed), q=q, qd=qd)
-    return replace(turned_log, base=base_motion(turned_log.samples, log.band))
+        changed["mask"] = rows(samples.mask, slice(None, None, -1))
+    q = np.ascontiguousarray(log.q[::-1])
+    qd = np.ascontiguousarray(-log.qd[::-1])
+    turned = replace(log, samples=replace(samples, **changed), q=q, qd=qd)
+    return replace(turned, base=base_motion(turned.samples, log.band))
 
 
 def left_out(log: FilteredLog, at: slice, joints: Sequence[int]) -> FilteredLog:
