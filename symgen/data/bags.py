@@ -6,7 +6,6 @@ another kind, such as JSON: `pip install 'symgen[ros]'`.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
@@ -44,7 +43,8 @@ class _Message(NamedTuple):
     @classmethod
     def of(cls, m: Any, received: int) -> _Message:
         """Convert a message of rosbags."""
-        stamp = int(m.header.stamp.sec) * 10**9 + int(m.header.stamp.nanosec)
+        time = m.header.stamp
+        stamp = int(time.sec) * 10**9 + int(time.nanosec)
         return cls(stamp, received, list(m.name), m.position, m.velocity, m.effort)
 
 
@@ -57,7 +57,8 @@ def is_bag(path: Path) -> bool:
 
 
 def _files(folder: Path, suffixes: Sequence[str] = _SUFFIXES) -> list[Path]:
-    return sorted(file for file in folder.iterdir() if file.suffix.lower() in suffixes)
+    files = sorted(folder.iterdir())
+    return [file for file in files if file.suffix.lower() in suffixes]
 
 
 def _whole(path: Path) -> Path:
@@ -97,16 +98,16 @@ def read_bag(path: Path, wanted: Wanted) -> Raw:
         messages_read = list(messages)
     if not messages_read:
         refuse("has no message of joint states", _ACCEPTED)
-    present = list(dict.fromkeys(name for m in messages_read for name in m.names))
-    joints = joints_of_file(wanted, present)
+    joints = joints_of_file(wanted, _joint_names(messages_read))
     complete = [m for m in messages_read if set(joints) <= set(m.names)]
     if not complete:
         refuse("no message has all joints of the robot", "all joints in one message")
-    contents = [frozenset(f for f in fields.values() if len(getattr(m, f))) for m in complete]
-    count = Counter(contents)
+    groups: dict[frozenset[str], list[_Message]] = {}  # by the fields that they have
+    for m in complete:
+        present = frozenset(f for f in fields.values() if len(getattr(m, f)))
+        groups.setdefault(present, []).append(m)
     needed = {f for role, f in fields.items() if role != "qd"}
-    content = max(count, key=lambda c: (c >= needed, count[c]))
-    used = [m for m, its in zip(complete, contents, strict=True) if its == content]
+    content, used = max(groups.items(), key=lambda pair: (pair[0] >= needed, len(pair[1])))
     unstamped = all(m.stamp == 0 for m in used)
     if unstamped:
         used = [m._replace(stamp=m.received) for m in used]
@@ -129,7 +130,8 @@ def read_bag(path: Path, wanted: Wanted) -> Raw:
         refuse("the messages have no position", "q in every message")
     if "tau" not in arrays and "i" not in arrays:
         refuse(f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
-    read, other, twice = len(messages_read), len(messages_read) - len(used), int(again.sum())
+    read, twice = len(messages_read), int(again.sum())
+    other = read - len(used)
     notes = (
         (announced - read, f"{read} of the {announced} messages can be read"),
         (other, f"{other} messages of other joints, or with other fields, left out"),
@@ -138,10 +140,16 @@ def read_bag(path: Path, wanted: Wanted) -> Raw:
         (late, f"{late} messages came out of order and were sorted by stamp"),
         (twice, f"{twice} repeated messages left out"),
     )
-    ignored = tuple(dict.fromkeys(name for m in used for name in m.names if name not in joints))
+    ignored = tuple(name for name in _joint_names(used) if name not in joints)
     lines = tuple(f"{path.name}: {note}" for count, note in notes if count > 0)
     arrays = {"t": (stamps - stamps[0]) * 1e-9, **arrays}
-    return Raw({role: x[~again] for role, x in arrays.items()}, ignored, lines)
+    kept = {role: x[~again] for role, x in arrays.items()}
+    return Raw(kept, ignored, lines)
+
+
+def _joint_names(messages: Sequence[_Message]) -> list[str]:
+    """Return the names of all joints of some messages, in order."""
+    return [*dict.fromkeys(name for m in messages for name in m.names)]
 
 
 def _fields(reading: Reading, currents: bool) -> dict[str, str]:
@@ -197,7 +205,8 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
     except LogError:
         raise
     except Exception as error:  # a damaged bag can raise any exception, MemoryError too
-        refuse(f"cannot be read: {str(error)[:200] or type(error).__name__}", _ACCEPTED)
+        what = str(error)[:200] or type(error).__name__
+        refuse(f"cannot be read: {what}", _ACCEPTED)
 
 
 def _by_mcap(file: IO[bytes]) -> SimpleNamespace:

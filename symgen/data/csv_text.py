@@ -101,11 +101,13 @@ def csv_form(path: Path, reading: Reading) -> CsvForm:
     rows = _rows(lines, separator)
     first = _first_sample(rows)
     names = _names(rows, first) if reading.header else first
-    header, first = [*rows[names].cells], names + 1
+    header = [*rows[names].cells]
+    first = names + 1
     units = [""] * len(header)
     notes = [f"lines before the table, not read: {rows[names].end - 1}"] if names else []
     if not reading.header:
-        header, first = [str(k + 1) for k in range(len(header))], names
+        header = [str(k + 1) for k in range(len(header))]
+        first = names
     elif first < len(rows) and _has_units(rows[first]):
         units = [f" [{unit.strip(_BRACKETS)}]" if unit else "" for unit in rows[first].cells]
         notes.append(f"line {rows[first].end} has the units")
@@ -144,9 +146,11 @@ def _rows(lines: Sequence[str], separator: str) -> list[_Row]:
 
 def _first_sample(rows: Sequence[_Row]) -> int:
     """Return the first of two rows of numbers with as many cells as most of them."""
-    widths = [len(row.cells) - 1 if row.numbers > row.words else 0 for row in rows]
+    widths = [(row.numbers > row.words) * (len(row.cells) - 1) for row in rows]
     usual = max(filter(None, widths), key=widths.count, default=-1)
-    return next((k for k, pair in enumerate(pairwise(widths)) if pair == (usual, usual)), 0)
+    pairs = [*pairwise(widths)]
+    twice = (usual, usual)
+    return pairs.index(twice) if twice in pairs else 0
 
 
 def _names(rows: Sequence[_Row], first: int) -> int:
@@ -158,7 +162,8 @@ def _names(rows: Sequence[_Row], first: int) -> int:
     for k in reversed(range(first)):
         if rows[k].words > 1 and not _has_units(rows[k]):
             return k
-    sample, after = rows[first], rows[first : first + 2][-1]
+    sample = rows[first]
+    after = rows[first : first + 2][-1]
     if sample.numbers > sample.words and sample.numbers >= after.numbers:
         refuse(f"the first line, {sample.cells[0]}.., has no names of columns", NO_HEADER)
     return first  # some names are numbers
@@ -191,7 +196,8 @@ def read_csv(path: Path, form: CsvForm, used: Mapping[str, str], rest: str = "")
         table = _table(path, form, kinds)
         for k in used:
             if used[k] == "t":
-                table = table.set_column(table.schema.get_field_index(k), k, _times(table, k, rest))
+                place = table.schema.get_field_index(k)
+                table = table.set_column(place, k, _times(table, k, rest))
         return table
     except ValueError as invalid:  # of Arrow too
         error = str(invalid)
@@ -200,7 +206,8 @@ def read_csv(path: Path, form: CsvForm, used: Mapping[str, str], rest: str = "")
         texts = _table(path, form, dict.fromkeys(used, pa.string()), odd)
         _require_numbers(texts.to_pydict(), form, used)
     if odd:
-        sample, cells = odd[0].number - form.skipped - 1, odd[0].actual_columns
+        sample = odd[0].number - form.skipped - 1
+        cells = odd[0].actual_columns
         error = f"sample {sample}: {cells} values for {len(form.header)} columns"
     return refuse(error, form.accepted)
 
@@ -237,8 +244,8 @@ def _table(
 
     file: Any = path
     if form.separator == " ":
-        lines = path.read_bytes().split(b"\n")
-        file = pa.BufferReader(b"\n".join(b" ".join(line.split()) for line in lines))
+        lines = [b" ".join(line.split()) for line in path.read_bytes().split(b"\n")]
+        file = pa.BufferReader(b"\n".join(lines))
     names = [str(k) for k in range(len(form.header))]
     known = {k: kind for k, kind in kinds.items() if kind}
     return pacsv.read_csv(

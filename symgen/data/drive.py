@@ -13,7 +13,7 @@ positions are zero where the joint positions are zero.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,47 +45,48 @@ def joint_side(log: Log, drive: Drive | None) -> Log:
     if log.q.shape[1] != n:
         refuse(f"the log has {log.q.shape[1]} joints, the robot has {n}", "the same")
     N = np.array(drive.ratio)
-    q, qd, qr, qdr, logged, notes = log.q, log.qd, log.qr, log.qdr, log.tau, []
-    tau: FloatArray | None
+    changed: dict[str, Any] = {}
+    notes = []
     geared = not np.array_equal(N, np.eye(n))
     if geared and drive.position_side == "motor":
-        q = read_only(np.linalg.solve(N, q.T).T)
-        qd, qr, qdr = (
-            None if x is None else read_only(np.linalg.solve(N, x.T).T) for x in (qd, qr, qdr)
-        )
-        spans = ", ".join(f"q{j + 1} {span:.3g}" for j, span in enumerate(np.ptp(q, axis=0)))
+        for key in ("q", "qd", "qr", "qdr"):
+            x = getattr(log, key)
+            if x is not None:
+                changed[key] = read_only(np.linalg.solve(N, x.T).T)
+        spans = np.ptp(changed["q"], axis=0)
+        travelled = ", ".join(f"q{j} {span:.3g}" for j, span in enumerate(spans, 1))
         notes.append(
-            f"{'q' if qd is None else 'q and qd'} were mapped from the motor side to the joint "
-            f"side by the ratios of [drive]; the joints travel {spans}"
+            f"{'q' if log.qd is None else 'q and qd'} were mapped from the motor side to the joint "
+            f"side by the ratios of [drive]; the joints travel {travelled}"
         )
-    if logged is not None and drive.torque_side == "motor":
-        logged = logged @ N
+    tau = log.tau
+    if tau is not None and drive.torque_side == "motor":
+        tau = tau @ N
     if log.current is not None and drive.torque_constant is not None:
-        tau = (log.current * drive.torque_constant) @ N
+        recorded, tau = tau, (log.current * drive.torque_constant) @ N
         unused = ""
-        if logged is not None:
-            unused = f"; the recorded tau {_difference(logged, tau)} and is not used"
+        if recorded is not None:
+            unused = f"; the recorded tau {_difference(recorded, tau)} and is not used"
         notes.append(
             "tau is that of the motor currents i1.. by the torque constants and ratios of "
             f"[drive]{unused}"
         )
-    elif logged is None and qr is None:
+    elif tau is None and log.qr is None:
         refuse("has currents alone", "torque_constant in [drive] of the robot file")
-    else:
-        tau = logged
-        if tau is not None and geared and drive.torque_side == "motor":
-            notes.append("tau was mapped from the motor side to the joint side")
+    elif tau is not None and geared and drive.torque_side == "motor":
+        notes.append("tau was mapped from the motor side to the joint side")
     if tau is not None and drive.gain is not None:
         tau = tau * drive.gain
         notes.append("torques were multiplied by the gains of [drive]")
-    lines = (f"{log.name}: {note}" for note in notes)
+    if tau is not None:
+        changed["tau"] = read_only(tau)
     missing = log.missing
     if missing is not None and not np.array_equal(N, np.diag(np.diag(N))):
-        coupled = (N != 0) | (N.T != 0) | (np.linalg.inv(N) != 0)
+        coupled = np.any([N, N.T, np.linalg.inv(N)], axis=0)
         missing = np.einsum("njk,ji->nik", missing, coupled) > 0
-    log = replace(log, notes=(*log.notes, *lines), mapped=True, missing=missing)
-    tau = None if tau is None else read_only(tau)
-    return replace(log, q=q, qd=qd, tau=tau, qr=qr, qdr=qdr)
+    lines = (f"{log.name}: {note}" for note in notes)
+    mapped = replace(log, notes=(*log.notes, *lines), mapped=True, missing=missing)
+    return replace(mapped, **changed)
 
 
 def with_servo_torques(log: Log, servo: Servo | None) -> Log:
@@ -136,24 +137,26 @@ def motor_side(log: Log, drive: Drive) -> Log:
         log: log on the joint side, with tau.
         drive: gears and motors of the robot.
     """
-    N, q, qd, tau, current = np.array(drive.ratio), log.q, log.qd, log.tau, None
+    N, tau = np.array(drive.ratio), log.tau
     if drive.position_side == "motor":
-        q, qd = read_only(q @ N.T), None if qd is None else read_only(qd @ N.T)
-    if tau is not None:
-        tau = tau if drive.gain is None else tau / drive.gain
-        if drive.torque_constant is not None or drive.torque_side == "motor":
-            tau = np.linalg.solve(N.T, tau.T).T
-        tau = read_only(tau)
+        qd = None if log.qd is None else read_only(log.qd @ N.T)
+        log = replace(log, q=read_only(log.q @ N.T), qd=qd)
+    if tau is not None and drive.gain is not None:
+        tau = tau / drive.gain
+    if tau is not None and (drive.torque_constant is not None or drive.torque_side == "motor"):
+        tau = np.linalg.solve(N.T, tau.T).T
     if tau is not None and drive.torque_constant is not None:
-        current, tau = read_only(tau / drive.torque_constant), None
-    return replace(log, q=q, qd=qd, tau=tau, current=current, mapped=False)
+        current = read_only(tau / drive.torque_constant)
+        return replace(log, tau=None, current=current, mapped=False)
+    tau = None if tau is None else read_only(tau)
+    return replace(log, tau=tau, current=None, mapped=False)
 
 
 def _difference(logged: FloatArray, tau: FloatArray) -> str:
     """Describe the RMS difference of two torques (N, n) on the joint with the largest one."""
     size = rms(tau)
-    difference = rms(logged - tau) / np.where(size > 0, size, np.inf)
-    j = int(np.argmax(difference))
-    share = 100 * difference[j]
-    text = f"{share:.3g}" if difference[j] < 1 else f"{share:.0f}"
+    size = np.where(size > 0, size, np.inf)
+    shares = 100 * rms(logged - tau) / size
+    j = int(np.argmax(shares))
+    text = f"{shares[j]:.3g}" if shares[j] < 100 else f"{shares[j]:.0f}"
     return f"differs from it by up to {text} % (joint {j + 1})"

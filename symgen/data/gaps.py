@@ -27,5 +27,7 @@ def holes(t: FloatArray, step: float, longest: float | None = None) -> Places:
     missing = []
     for k in wide:
         after = t[k + 1 : k + 1 + _CATCH_UP]
-        missing.append(np.min((after - t[k]) / step - np.arange(1, len(after) + 1)))
-    return np.asarray(wide[step * np.array(missing, dtype=float) > longest / 2], dtype=np.int64)
+        clock = np.arange(1, len(after) + 1)
+        missing.append(np.min((after - t[k]) / step - clock))
+    lost = step * np.array(missing, dtype=float)
+    return np.asarray(wide[lost > longest / 2], dtype=np.int64)

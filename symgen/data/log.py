@@ -152,9 +152,11 @@ def reading_of(name: str, reading: Reading, log: LogForm | None) -> Reading:
         fields = {ours: theirs for ours, theirs in full.pairs.items() if theirs in FIELDS}
         return replace(reading, columns=reading.columns or fields, joints=full.joints)
     names = names_of(name, reading)
-    own = any(split_unit(column)[0] in ("q1", "q") for column in names)
-    starts = [re.split(r"[*+]", column)[0] for column in columns_from(log.columns).values()]
-    fits = starts and all(any(name.startswith(start) for name in names) for start in starts)
+    own = not {"q1", "q"}.isdisjoint(split_unit(name)[0] for name in names)
+    columns = columns_from(log.columns).values()
+    starts = [re.split(r"[*+]", column)[0] for column in columns]
+    found = [any(name.startswith(start) for name in names) for start in starts]
+    fits = starts and all(found)
     if fits or not own:
         return full
     if not starts and (log.unit or log.time_unit) and not (reading.unit or reading.time_unit):
@@ -220,8 +222,11 @@ def cut(log: Log, start: float | None, until: float | None) -> Log:
     Raises:
         LogError: fewer than 10 samples remain.
     """
-    span, notes = _used(log.name, log.t, Reading(start=start, until=until))
-    return replace(rows(log, span), notes=(*log.notes, *notes)) if notes else log
+    reading = Reading(start=start, until=until)
+    span, notes = _used(log.name, log.t, reading)
+    if not notes:
+        return log
+    return replace(rows(log, span), notes=(*log.notes, *notes))
 
 
 def _used(name: str, t: FloatArray, reading: Reading) -> tuple[slice, tuple[str, ...]]:
@@ -233,9 +238,10 @@ def _used(name: str, t: FloatArray, reading: Reading) -> tuple[slice, tuple[str,
     low, high = reading.span
     if reading.start is None and reading.until is None:
         return slice(None), ()
-    begin = int(np.max(np.flatnonzero(t < low), initial=-1)) + 1
+    early = np.flatnonzero(t < low)
+    begin = int(early.max(initial=-1)) + 1
     late = np.flatnonzero(t[begin:] > high)
-    count = int(late[0]) if len(late) else len(t) - begin
+    count = int(late.min(initial=len(t) - begin))
     if count < MIN_SAMPLES:
         have = f"the log runs from {t[0]:.6g} s to {t[-1]:.6g} s"
         what = f"{count} samples lie between {low:g} s and {high:g} s; {have}"
@@ -316,7 +322,8 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     kept = wanted.kept(missing.shape[1])
     types = dict(enumerate(wanted.sigma))
     turning = {j: k for j, k in enumerate(kept) if types.get(j) != PRISMATIC}
-    _require_radians(log, turning, "q" in roles_with_unit(wanted.reading), raw.names)
+    sure = "q" in roles_with_unit(wanted.reading)
+    _require_radians(log, turning, sure, raw.names)
     return log
 
 
@@ -334,11 +341,13 @@ def of_movable_joints(log: Log, wanted: Wanted, part: bool = False) -> Log:
     if len(kept) == width:
         return log
     span = np.ptp(log.q, axis=0)
-    moving = [k + 1 for k in range(width) if k not in kept and span[k] > STILL * span.max()]
+    fixed = [k for k in range(width) if k not in kept]
+    moving = [k + 1 for k in fixed if span[k] > STILL * span.max()]
     if moving and not part:
         what = f"q{moving[0]} moves, and joint {moving[0]} is fixed in the robot file"
         refuse(what, "a log in which it stands still, or a robot in which it moves")
-    arrays = {key: x.take(kept, axis=1) for key, x in _arrays(log) if key not in ("t", "imu")}
+    arrays = {key: x for key, x in _arrays(log) if key not in ("t", "imu")}
+    arrays = {key: x.take(kept, axis=1) for key, x in arrays.items()}
     note = f"{log.name}: the columns of fixed joints are not used"
     return _with(replace(log, notes=(*log.notes, note)), arrays)
 
@@ -363,14 +372,16 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
     if steps.min() == 0 and MIN_SAMPLES < len(change) < _CHANGING * len(steps):
         step, start = np.polyfit(change, t[change], 1)
         if np.abs(t[change] - start - step * change).max() < 1.5 * step:
-            text = f"stamps are rounded to {1e3 * np.median(steps[change - 1]):.3g} ms"
+            usual = np.median(steps[change - 1])
+            text = f"stamps are rounded to {1e3 * usual:.3g} ms"
             done = f"replaced by a uniform clock of {1e3 * step:.4g} ms"
-            return read_only(start + step * np.arange(len(t))), ((column, text, done),)
+            clock = start + step * np.arange(len(t))
+            return read_only(clock), ((column, text, done),)
     k = int(np.argmin(steps)) + 1
     accepted = "strictly increasing time in s, with all its digits"
     if steps.min() < 0:
         k = int(np.argmax(steps < 0)) + 1
-        before, after = t[max(k - 2, 0)], t[min(k + 1, len(t) - 1)]
+        before, after = t[[max(k - 2, 0), min(k + 1, len(t) - 1)]]
         accepted = f"a clock that is not set back: --until {before}, or --from {after}"
     what = f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
     return refuse(what, accepted)
@@ -403,7 +414,8 @@ def _filled(
         lost = empty[:, j]
         known = ~lost & np.isfinite(x[:, j])
         if known.sum() < MIN_SAMPLES and not part:
-            what = f"column {shown(f'{role}{j + 1}', names)}: {lost.sum()} of {len(t)} cells empty"
+            column = shown(f"{role}{j + 1}", names)
+            what = f"column {column}: {lost.sum()} of {len(t)} cells empty"
             refuse(what, f"at least {MIN_SAMPLES} numbers in a column")
         at, values = t[known], x[known, j]
         if len(at) == 0:
@@ -412,7 +424,8 @@ def _filled(
         out[lost, j] = np.interp(t[lost], at, values)
         if len(at) == 1:
             continue
-        inside = lost & (t > at[0]) & (t < at[-1])
+        start, end = at[[0, -1]]
+        inside = lost & (t > start) & (t < end)
         long = long_runs(lost)
         for where, curve in ((inside & ~long, CubicSpline), (inside & long, PchipInterpolator)):
             if where.any():
@@ -451,21 +464,28 @@ def _require_radians(
         if span > _MAX_RANGE and not sure:
             column = shown(f"q{k + 1}", names)
             what = f"column {column} spans {span:.4g}, over {_MAX_RANGE:g} rad, as degrees would"
-            one = f"q{k + 1}=deg" if qd is None else f"q{k + 1}=deg,qd{k + 1}=deg/s"
+            one = f"q{k + 1}=deg"
+            if qd is not None:
+                one += f",qd{k + 1}=deg/s"
             refuse(what, f"{accepted}deg, or --unit {one}, or --unit rad if it turns so far")
     if qd is None:
         return
     # about ten thousand samples over the log are enough to find the unit
-    at = np.arange(0, len(t) - 2, max(1, len(t) // _CHECKED_SAMPLES))
-    duration = (t[at + 2] - t[at])[:, None]
-    slope, speed = (q[at + 2] - q[at]) / duration, qd[at + 1]
+    every = max(1, len(t) // _CHECKED_SAMPLES)
+    before = np.arange(0, len(t) - 2, every)
+    after = before + 2
+    duration = t[after] - t[before]
+    slope = (q[after] - q[before]) / duration[:, None]
+    speed = qd[before + 1]
     sizes = rms(slope), rms(speed)
     # At rest both are noise with an arbitrary ratio: require that they move together.
-    in_step = np.mean(slope * speed, axis=0) >= 0.5 * sizes[0] * sizes[1]
+    power = np.mean(slope * speed, axis=0)
+    in_step = power >= 0.5 * sizes[0] * sizes[1]
     for j, k in turning.items():
         columns = [shown(f"{role}{k + 1}", names) for role in ("q", "qd")]
         for degrees, units in enumerate(("q=deg,qd=rad/s", "q=rad,qd=deg/s")):
-            factor = sizes[degrees][j] / (sizes[1 - degrees][j] or np.inf)
+            large, small = sizes[degrees][j], sizes[1 - degrees][j]
+            factor = large / (small or np.inf)
             if in_step[j] and abs(factor / _DEGREES - 1.0) < 0.05:
                 what = (
                     f"qd{k + 1} and the slope of q{k + 1} differ by {factor:.3g}: "

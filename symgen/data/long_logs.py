@@ -10,7 +10,6 @@ import glob
 import math
 import os
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -22,7 +21,7 @@ from symgen.data.bags import is_bag
 from symgen.data.gaps import holes
 from symgen.data.log import Log, checked_log, reading_of
 from symgen.data.raw import Reading, readable, refuse, wanted_by
-from symgen.data.tables import SUFFIXES, Table, has_segments, is_parquet, open_table, rows_of
+from symgen.data.tables import SUFFIXES, has_segments, is_parquet, open_table, rows_of
 from symgen.data.units import IN_SI, Units
 from symgen.data.urls import is_remote, remote_files
 from symgen.errors import located, plain
@@ -112,15 +111,24 @@ class Stretch:
 
     def between(self, first: int, last: int) -> Stretch:
         """Return the stretch between two rows of the file."""
-        begin, end = (self.times[0] + self.step * (k - self.rows[0]) for k in (first, last - 1))
+        begin = self._time(first)
+        end = self._time(last - 1)
         return replace(self, rows=(first, last), times=(begin, end))
+
+    def _time(self, row: int) -> float:
+        return self.times[0] + self.step * (row - self.rows[0])
 
     def within(self, low: float, high: float) -> Stretch:
         """Return the part between two times; one sample if no row is in between."""
+        first = math.ceil(self._row(low) - 1e-6)
+        last = math.floor(self._row(high) + 1e-6)
+        return self.between(self.rows[0] + first, self.rows[0] + last + 1)
+
+    def _row(self, time: float) -> float:
+        """Return the place of a time, in rows after the first one."""
         begin, end = self.times
-        first, last = ((min(max(x, begin), end) - begin) / self.step for x in (low, high))
-        row = self.rows[0]
-        return self.between(row + math.ceil(first - 1e-6), row + math.floor(last + 1e-6) + 1)
+        inside = min(max(time, begin), end)
+        return (inside - begin) / self.step
 
 
 def stretches(name: str, robot: Robot, reading: Reading) -> list[Stretch]:
@@ -129,33 +137,38 @@ def stretches(name: str, robot: Robot, reading: Reading) -> list[Stretch]:
     Raises:
         LogError: the file cannot be read, or time decreases.
     """
-    edges, times, row, step, last = [0], list[float](), 0, 0.0, np.zeros(0)
+    edges, times = [0], list[float]()
+    row, step, last = 0, 0.0, np.zeros(0)
     with located(name):
         reading = reading_of(name, reading, robot.log)
-    with located(name), _opened(name, robot, reading) as table:
+    with located(name), open_table(name, wanted_by(robot, reading)) as table:
         for piece in table.times():
             with np.errstate(over="ignore"):  # too large numbers are refused below
                 t = np.append(last, np.asarray(piece, dtype=np.float64))
-            good = np.isfinite(t) & (np.diff(t, prepend=-np.inf) > 0)
+            good = np.isfinite(t)
+            good[1:] &= np.diff(t) > 0
+            before = row - len(last)
             if not good.all():
                 k = int(np.argmin(good))
-                what = f"column t, sample {row + k - len(last)}: {t[k]:.9g} s"
+                what = f"column t, sample {before + k}: {t[k]:.9g} s"
                 refuse(what, "finite, strictly increasing time in s")
             times = times or [float(t[0])]
             if len(t) > 1:
                 step = step or float(np.median(np.diff(t)))
-                gaps = holes(t, step)
-                edges += (row - len(last) + 1 + gaps).tolist()
-                times += np.column_stack([t[gaps], t[gaps + 1]]).ravel().tolist()
-            row, last = row + len(piece), t[-1:]
+            for k in holes(t, step) if len(t) > 1 else ():
+                edges.append(before + int(k) + 1)
+                times += t[k : k + 2].tolist()
+            row += len(piece)
+            last = t[-1:]
+    edges.append(row)
+    times += last.tolist()
     out = []
     log = plain(name.rsplit("/", 1)[-1])
-    every = [*times, *last.tolist()]
-    ends = zip(pairwise([*edges, row]), zip(every[::2], every[1::2], strict=True), strict=True)
-    for k, (rows, (begin, end)) in enumerate(ends):
-        step_of_stretch = (end - begin) / max(rows[1] - rows[0] - 1, 1) or step
-        label = log if len(edges) == 1 else f"{log}, stretch {k + 1}"
-        s = Stretch(name, label, rows, (begin, end), step_of_stretch, table.units)
+    for k, rows in enumerate(pairwise(edges)):
+        begin, end = times[2 * k], times[2 * k + 1]
+        steps = max(rows[1] - rows[0] - 1, 1)
+        label = log if len(edges) == 2 else f"{log}, stretch {k + 1}"
+        s = Stretch(name, label, rows, (begin, end), (end - begin) / steps or step, table.units)
         out.append(s.within(*reading.span))
     return out
 
@@ -175,17 +188,12 @@ def read_rows(
     Raises:
         LogError: the file cannot be read, or its rows fail the checks of a log.
     """
-    name, reading = label or stretch.name, reading_of(stretch.file, reading, robot.log)
-    with located(stretch.file), _opened(stretch.file, robot, reading, stretch.units) as table:
+    name = label or stretch.name
+    wanted = wanted_by(robot, reading_of(stretch.file, reading, robot.log))
+    with located(stretch.file), open_table(stretch.file, wanted, stretch.units) as table:
         raw = table.part(*rows)
         with located(f"rows {rows[0]} to {rows[1]}"):
-            log = checked_log(name, raw, wanted_by(robot, reading), True)
+            log = checked_log(name, raw, wanted, True)
     if rows[0] > 0 or is_parquet(stretch.file):
         return log
     return replace(log, notes=(*log.notes, f"{name}: {_COMPLETELY}"))
-
-
-def _opened(
-    name: str, robot: Robot, reading: Reading, units: Units | None = None
-) -> AbstractContextManager[Table]:
-    return open_table(name, wanted_by(robot, reading), units)

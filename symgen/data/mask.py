@@ -80,7 +80,8 @@ def slow_speeds(largest: FloatArray, sigma: Sequence[int]) -> tuple[FloatArray, 
     still: Bools = np.zeros(len(kinds), dtype=bool)
     for kind in {*sigma}:
         alike = kinds == kind
-        still[alike] = largest[alike] <= STILL * largest[alike].max()
+        speeds = largest[alike]
+        still[alike] = speeds <= STILL * speeds.max()
     return SLOW * largest, still
 
 
@@ -91,8 +92,9 @@ def moving_joints(speeds: Sequence[FloatArray], sigma: Sequence[int]) -> list[in
         speeds: (N, n) of each log, rad/s (m/s).
         sigma: (n,) types of the joints.
     """
-    largest = np.max([np.abs(qd).max(axis=0) for qd in speeds], axis=0)
-    return [int(j) for j in np.flatnonzero(~slow_speeds(largest, sigma)[1])]
+    peaks = [np.abs(qd).max(axis=0) for qd in speeds]
+    _, still = slow_speeds(np.max(peaks, axis=0), sigma)
+    return np.flatnonzero(~still).tolist()
 
 
 def mean_speeds(q: FloatArray, step: float, span: float = REST) -> FloatArray:
@@ -155,7 +157,7 @@ def saturated(
     Returns:
         (N, n): whether the torque of a joint is saturated.
     """
-    moved = np.eye(tau.shape[1]) if ratio is None else np.array(ratio)
+    moved = np.array(np.eye(tau.shape[1]) if ratio is None else ratio)
     motors = np.linalg.solve(moved.T, tau.T)
     stuck = np.column_stack([_stuck(motor) for motor in motors])
     out = stuck @ (moved != 0)

@@ -82,13 +82,15 @@ class Samples:
 
     def cut(self, span: slice) -> Samples:
         """Return some of the samples."""
-        return replace(rows(self, span), mask=None if self.mask is None else rows(self.mask, span))
+        mask = self.mask and rows(self.mask, span)
+        return replace(rows(self, span), mask=mask)
 
     def masked(self, joint: Bools, robot: Bools) -> Samples:
         """Return the samples with a further mask, see `Mask`."""
-        old = self.mask
-        both = (joint, robot) if old is None else (joint | old.joint, robot | old.robot)
-        return replace(self, mask=Mask(*both))
+        if self.mask is not None:
+            joint = joint | self.mask.joint
+            robot = robot | self.mask.robot
+        return replace(self, mask=Mask(joint, robot))
 
 
 def prepare(log: Log) -> Samples:
@@ -144,7 +146,8 @@ def _power(s: Samples, j: int) -> FloatArray:
         fade = np.hanning(len(speed))
         middle = fade @ speed / fade.sum()
         speed = (speed - middle) * fade / rms(fade)
-    lines = np.abs(np.fft.rfft(speed)) ** 2 * s.step / len(speed)
+    size = np.abs(np.fft.rfft(speed))
+    lines = size**2 * s.step / len(speed)
     frequency = np.fft.rfftfreq(len(speed), s.step)
     return np.interp(_GRID, frequency, np.cumsum(lines))
 
@@ -180,16 +183,18 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     mask = None
     log, inserted = _bridged(log, median)
     if inserted.any():
-        mask = Mask(np.repeat(inserted[:, None], log.q.shape[1], axis=1), inserted)
+        joints = np.repeat(inserted[:, None], log.q.shape[1], axis=1)
+        mask = Mask(joints, inserted)
         first = log.t[int(np.argmax(inserted))]
         lost = median * inserted.sum()
         notes.append(f"{log.name}: gaps in time: {lost:.3g} s from t = {first:.6g} s on are masked")
     t = log.t
-    off = np.abs(np.diff(t) - median) > STEP_TOLERANCE * median
-    count = len(t)
+    deviation = np.abs(np.diff(t) - median)
+    off = deviation > STEP_TOLERANCE * median
+    count, duration = len(t), float(t[-1] - t[0])
     if off.any() and off.mean() < _MISSING:  # a regular clock with missing rows
-        count = round((t[-1] - t[0]) / median) + 1
-    step = float((t[-1] - t[0]) / (count - 1)) if clock is None else clock[1]
+        count = round(duration / median) + 1
+    step = duration / (count - 1) if clock is None else clock[1]
     if off.any():
         grid = np.linspace(t[0], t[-1], count) if clock is None else _ticks(t, *clock)
         if mask is not None:
@@ -213,8 +218,9 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
 def _ticks(t: FloatArray, start: float, step: float) -> FloatArray:
     """Return the ticks of a clock within times t (N,)."""
     first, last = (t[[0, -1]] - start) / step
-    inside = np.arange(math.ceil(first - 1e-6), math.floor(last + 1e-6) + 1)
-    return np.clip(start + step * inside, t[0], t[-1])
+    begin, end = math.ceil(first - 1e-6), math.floor(last + 1e-6)
+    ticks = start + step * np.arange(begin, end + 1)
+    return np.clip(ticks, t[0], t[-1])
 
 
 def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
@@ -240,11 +246,12 @@ def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
     longest = max(_LOST * step, _BRIDGED)
     inserted = []
     for k in holes(t, step, longest):
-        inside = np.linspace(t[k], t[k + 1], missing[k] + 2)
+        count = int(missing[k]) + 2
+        inside = np.linspace(t[k], t[k + 1], count)
         inserted.append(inside[1:-1])
     times = np.sort(np.concatenate([t, *inserted]))
-    reach = round(longest / step)  # of filters
-    return _resampled(log, times, smooth=False), touched(~np.isin(times, t), reach)
+    lost = touched(~np.isin(times, t), round(longest / step))  # filters reach that far
+    return _resampled(log, times, smooth=False), lost
 
 
 def _resampled(log: Log, times: FloatArray, *, smooth: bool) -> Log:
@@ -319,7 +326,8 @@ def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -
 
     require_cutoff("low-pass filter", cutoff, step)
     samples = len(x)
-    length = min(samples - 1, math.ceil(TAIL / (cutoff * step)))
+    tail_length = math.ceil(TAIL / (cutoff * step))
+    length = min(samples - 1, tail_length)
     flat = x.reshape(samples, -1)
     window = end_window(step, cutoff)
     head = continuation(flat, length, window)
@@ -352,13 +360,15 @@ def response(step: float, cutoff: float, length: int, slope: int = 0) -> FloatAr
         length: number of weights on either side.
         slope: order of the derivative, 0 to 2.
     """
-    angles = 1j * np.pi * (2 * np.arange(4) + 1) / 8
+    odd = 2 * np.arange(4) + 1
+    angles = 1j * np.pi * odd / 8
     poles = 2 * np.pi * cutoff * np.exp(angles)
     times = np.arange(length + 1)
     waves = np.exp(1j * step * np.outer(times, poles))
     amplitudes = -0.125j * poles * (1j * poles) ** slope
     half = np.real(waves @ amplitudes)
-    weights = np.concatenate([(-1) ** slope * half[:0:-1], half])
+    mirrored = (-1) ** slope * half[:0:-1]
+    weights = np.concatenate([mirrored, half])
     if slope:
         weights -= weights.sum() * response(step, cutoff, length)
     before = -step * np.arange(-length, length + 1)
@@ -383,7 +393,8 @@ def continuation(x: FloatArray, length: int, window: int) -> FloatArray:
     window = min(window, len(x))
     start, curvature = _end_of_cubic(window) @ x[:window]
     back = np.arange(length, 0, -1, dtype=np.float64)[:, None]
-    return np.asarray(2.0 * start - x[length:0:-1] + curvature * back**2)
+    mirrored = 2.0 * start - x[length:0:-1]
+    return np.asarray(mirrored + curvature * back**2)
 
 
 @lru_cache(maxsize=32)
@@ -411,7 +422,8 @@ def noise_of_differences(x: FloatArray) -> FloatArray:
     It uses the median of absolute sixth differences, which motion and single jumps hardly affect.
     """
     size = np.median(np.abs(np.diff(x, 6, axis=0)), axis=0)
-    return np.asarray(NORMAL * size / math.sqrt(math.comb(12, 6)))
+    gain = math.sqrt(math.comb(12, 6))
+    return np.asarray(NORMAL * size / gain)
 
 
 def white_noise(
@@ -431,12 +443,15 @@ def white_noise(
         (k,), in the unit of `high`. It comes from the median absolute value, which friction steps
         at reversals do not affect; or from the RMS if the signal is constant most of the time.
     """
-    used = np.ones(high.shape, dtype=bool) if free is None else free.copy()
+    used = np.ones(high.shape, dtype=bool)
+    if free is not None:
+        used &= free
     margin = int(1 / (band * step))
     if margin and len(high) > 4 * margin:
         used[:margin] = False
         used[-margin:] = False
-    size = [_typical(x[at]) for x, at in zip(high.T, used.T, strict=True)]
+    columns = zip(high.T, used.T, strict=True)
+    size = [_typical(x[at]) for x, at in columns]
     nyquist = 0.5 / step
     return np.asarray(size) * math.sqrt(nyquist / (nyquist - band))
 
@@ -444,7 +459,8 @@ def white_noise(
 def _typical(x: FloatArray) -> float:
     if len(x) == 0:
         return 0.0
-    return NORMAL * float(np.median(np.abs(x))) or float(rms(x))
+    usual = float(np.median(np.abs(x)))
+    return NORMAL * usual or float(rms(x))
 
 
 def differentiate(x: FloatArray, step: float) -> FloatArray:

@@ -75,7 +75,8 @@ def open_table(name: str, wanted: Wanted, units: Units | None = None) -> Iterato
             refuse("is a CSV or NPZ at a URL", "Parquet at a URL, other files on a disk")
         if path.stat().st_size == 0:
             refuse("the file is empty", COLUMNS)
-        table = _npz(path, wanted, bool(units)) if suffix == ".npz" else _csv(path, wanted)
+        again = units is not None
+        table = _npz(path, wanted, again) if suffix == ".npz" else _csv(path, wanted)
         yield _in_si(table, wanted, units)
     except (OSError, ValueError, csv.Error) as error:
         refuse(f"cannot be read: {error}", "a CSV, Parquet or NPZ file")
@@ -139,13 +140,14 @@ class ColumnTable:
         """Return the rows from `first` to before `last` as C-contiguous arrays."""
         columns = _columns(self.groups)
         groups = np.searchsorted(self.ends, [first, last - 1], side="right")
-        chosen = range(groups[0], min(groups[1] + 1, len(self.ends)))
-        row = int(self.ends[groups[0] - 1]) if groups[0] else 0
+        begin, end = groups[0], min(groups[1] + 1, len(self.ends))
+        chosen = range(begin, end)
+        row = int(self.ends[begin - 1]) if begin else 0
         pieces: dict[int, list[NDArray[Any]]] = {k: [] for k in columns}
         for batch in self.batches([*columns], chosen):
-            inside = slice(max(first - row, 0), max(last - row, 0))
+            skipped, until = max(first - row, 0), max(last - row, 0)
             for k, column in zip(columns, batch, strict=True):
-                pieces[k].append(_numbers(column)[inside])
+                pieces[k].append(_numbers(column)[skipped:until])
             row += len(batch[0])
             if row >= last:
                 break
@@ -153,14 +155,14 @@ class ColumnTable:
             refuse(f"ends before row {last}", "a file that does not change")
         arrays: dict[str, NDArray[Any]] = {}
         for role, group in self.groups.items():
-            values = {j: np.concatenate(pieces[k] or [np.zeros(0)]) for j, k in group.items()}
             if role == "t":  # stamps may be integers beyond those of a double
-                arrays[role] = self.units.seconds(values[0])
+                stamps = np.concatenate(pieces[group[0]] or [np.zeros(0)])
+                arrays[role] = self.units.seconds(stamps)
                 continue
             width = len(self.groups["q"] if role in BESIDE else group)
             x = np.full((last - first, width), np.nan)
-            for j, column in values.items():
-                x[:, j] = column
+            for j, k in group.items():
+                x[:, j] = np.concatenate(pieces[k]) if pieces[k] else np.nan
             arrays[role] = self.units.si(role, x)
         for x in arrays.values():
             x.setflags(write=False)
@@ -195,15 +197,18 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
         LogError: the file is not a table of numbers with the columns of a log.
     """
     form = csv_form(path, wanted.reading)
-    header = paired(with_joints(path, form, wanted), wanted.reading.pairs.get("t", ""))
+    chosen_time = wanted.reading.pairs.get("t", "")
+    header = paired(with_joints(path, form, wanted), chosen_time)
     groups, notes = assigned(header, path.name, wanted)
     used = _columns(groups)
     time = header[groups["t"][0]]
     rest = "" if time in form.header else rest_of(time)
     table = read_csv(path, form, {str(k): name for k, name in used.items()}, rest)
-    changed = [] if (form.separator, form.decimal) == (",", ".") else [form.shown]
-    lines = (f"{path.name}: {note}" for note in (*form.notes, *changed))
-    full = [own + unit for own, unit in zip(header, form.units, strict=True)]
+    about = list(form.notes)
+    if (form.separator, form.decimal) != (",", "."):
+        about.append(form.shown)
+    lines = (f"{path.name}: {note}" for note in about)
+    full = [f"{name}{unit}" for name, unit in zip(header, form.units, strict=True)]
     # Places as names: names of the file may occur twice.
     return ColumnTable(
         np.array([table.num_rows]), groups, full, (*lines, *notes),
@@ -344,11 +349,13 @@ class Arrays:
     def times(self) -> Iterator[NDArray[Any]]:
         """Yield the time column in pieces."""
         for first in range(0, self.rows, BATCH):
-            yield self.units.seconds(self.arrays["t"][first : first + BATCH])
+            piece = self.arrays["t"][first : first + BATCH]
+            yield self.units.seconds(piece)
 
     def part(self, first: int, last: int) -> Raw:
         """Return the rows from `first` to before `last`."""
-        arrays = {role: self.units.si(role, x[first:last]) for role, x in self.arrays.items()}
+        arrays = {role: x[first:last] for role, x in self.arrays.items()}
+        arrays = {role: self.units.si(role, x) for role, x in arrays.items()}
         arrays["t"] = self.units.seconds(arrays["t"])
         return Raw(arrays, self.ignored, converted=self.units.conversions)
 
@@ -433,7 +440,8 @@ def rows_of(name: str) -> int:
         if name.lower().endswith(".npz"):
             return _rows_of_npz(name)
         with open(name, "rb") as file:
-            return sum(block.count(b"\n") for block in iter(partial(file.read, _BUFFER), b""))
+            blocks = iter(partial(file.read, _BUFFER), b"")
+            return sum(block.count(b"\n") for block in blocks)
     except (pa.ArrowException, OSError, ValueError, zipfile.BadZipFile):
         return 0
 
@@ -483,9 +491,10 @@ def read_columns(
         }
         out = {}
         for role in (*needed, *optional):
-            count = sum(re.fullmatch(f"{role}[1-9][0-9]*", name) is not None for name in columns)
+            numbered = re.compile(f"{role}[1-9][0-9]*")
+            count = len([*filter(numbered.fullmatch, columns)])
             if count or role in needed:
-                names = [f"{role}{j}" for j in range(1, max(count, 1) + 1)]
+                names = [f"{role}{j + 1}" for j in range(max(count, 1))]
                 out[role] = np.column_stack([columns[name] for name in names])
         if len({x.shape for x in out.values()}) > 1:
             refuse(f"columns {listed(form.header)}", f"{accepted}, as many of each")

@@ -83,9 +83,14 @@ def sign_bit(x: NDArray[Any]) -> int | None:
     high = counts >= 2.0**bit
     if bit < _LEAST_BIT or high.mean() < _NEGATIVE or (counts < 0).any() or (counts % 1).any():
         return None
-    ways = counts, counts - high * (2 << bit), Unit("", "", 1.0, bit).si(counts)
-    *others, steps = (np.sum(np.diff(y) ** 2) for y in ways)
-    return bit if steps < 0.5 * min(others) else None
+    complement = counts - high * (2 << bit)
+    by_sign = Unit("", "", 1.0, bit).si(counts)
+    usual = min(_roughness(counts), _roughness(complement))
+    return bit if _roughness(by_sign) < 0.5 * usual else None
+
+
+def _roughness(x: NDArray[Any]) -> float:
+    return float(np.sum(np.diff(x) ** 2))
 
 
 #: Quantity, unit, size in the SI unit, and written forms, in lower case without blanks.
@@ -147,7 +152,8 @@ _SI |= {"force": "N", "current": "A"}
 
 def unit_of(text: str, quantity: str) -> Unit | None:
     """Return the unit that a text denotes for a quantity, or None."""
-    return next((u for u in _WRITTEN.get(_form_of(text), ()) if u.quantity == quantity), None)
+    units = _WRITTEN.get(_form_of(text), ())
+    return next((unit for unit in units if unit.quantity == quantity), None)
 
 
 def is_unit(text: str) -> bool:
@@ -157,7 +163,8 @@ def is_unit(text: str) -> bool:
 
 def in_si(text: str) -> bool:
     """Return whether a text denotes a unit that needs no conversion, or none."""
-    return not text or not all(unit.foreign for unit in _WRITTEN.get(_form_of(text), ()))
+    units = _WRITTEN.get(_form_of(text), ())
+    return not text or not all(unit.foreign for unit in units)
 
 
 def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
@@ -174,7 +181,8 @@ def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
     if match is None or not match[1]:
         return name, ""
     if time is None:
-        time = not TIMES.isdisjoint(word.lower() for word in re.findall("[A-Za-z]+", match[1]))
+        words = re.findall("[a-z]+", match[1].lower())
+        time = not TIMES.isdisjoint(words)
     known = _WRITTEN.get(_form_of(match[2]), ())
     if time not in [unit.quantity == "time" for unit in known]:
         return name, ""
@@ -257,7 +265,8 @@ def joined(seconds: NDArray[Any], rest: NDArray[Any], column: str) -> NDArray[An
     """
     scale = 1000 if _MICRO.search(column) else 1
     ns = scale * rest.astype(np.int64)
-    whole = (seconds % 1 == 0).all() and ns.min() >= 0 and ns.max() < _SECOND
+    whole = (seconds % 1 == 0).all()
+    whole &= ns.min() >= 0 and ns.max() < _SECOND
     if not whole or (np.ptp(seconds) > 1 and ns.max() < _SECOND / 1000):  # of ms or us
         what = f"t is not whole seconds, and their rest in {column!r}"
         refuse(what, "the rest in ns, or in us by a name such as usec")
@@ -289,7 +298,9 @@ class Units:
         if self == IN_SI:
             return np.asarray(t)
         t = integer_ticks(np.asarray(t))
-        return np.asarray((t if self.origin is None else t - self.origin) / self.ticks)
+        if self.origin is not None:
+            t = t - self.origin
+        return np.asarray(t / self.ticks)
 
     def si(self, role: str, x: NDArray[Any]) -> NDArray[Any]:
         """Return a column or array of the file in SI units."""
@@ -313,7 +324,8 @@ def integer_ticks(t: NDArray[Any]) -> NDArray[Any]:
     """
     if t.dtype.kind in "Mm":
         return t.astype(f"{t.dtype.kind}8[ns]").astype(np.int64)
-    return t.astype(np.int64) if t.dtype == np.uint64 and t.max(initial=0) < 1 << 62 else t
+    fits = t.dtype == np.uint64 and t.max(initial=0) < 1 << 62
+    return t.astype(np.int64) if fits else t
 
 
 def units_of(raw: Raw, wanted: Wanted) -> Units:
@@ -334,7 +346,8 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
     found: list[tuple[str, tuple[Unit, ...]]] = []
     conversions = [*time.conversions]
     for role, width in widths.items():
-        columns = [raw.names.get(f"{role}{j}", f"{role}{j}") for j in range(1, width + 1)]
+        numbered = [f"{role}{j}" for j in range(1, width + 1)]
+        columns = [raw.names.get(name, name) for name in numbered]
         units = _units_of_joints(role, columns, raw.arrays[role], wanted)
         if any(unit.foreign for unit, _ in units):
             found.append((role, tuple(unit for unit, _ in units)))
@@ -342,8 +355,9 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
         for column, (unit, source) in zip(columns, units, strict=True):
             if unit.foreign:
                 done = f"converted to {_SI[unit.quantity]}" if not unit.sign else "read so"
-                of.setdefault((f"in {unit.name} by {source}", done), []).append(column)
-        conversions += [(", ".join(alike), *said) for said, alike in of.items()]
+                text = f"in {unit.name} by {source}"
+                of.setdefault((text, done), []).append(column)
+        conversions += [(", ".join(alike), *about) for about, alike in of.items()]
     return Units(tuple(found), time.ticks, time.origin, tuple(conversions))
 
 
@@ -380,7 +394,8 @@ def _units_of_joints(
                 what = f"column {column!r}: {text!r} is no unit of {quantity}"
                 refuse(what, f"{_accepted(quantity)}, or --unit {role}={_SI[quantity]}")
         if unit.name == "%":
-            unit = replace(unit, size=unit.size * _rated(wanted, column)[kept.index(j)])
+            rated = _rated(wanted, column)[kept.index(j)]
+            unit = replace(unit, size=unit.size * rated)
         out.append((unit, source))
     return out
 
@@ -423,7 +438,8 @@ def _accepted(quantity: str) -> str:
 
 def plausible_units(step: float) -> list[str]:
     """Return the units of time in which a sampling step is plausible for a robot log."""
-    return [u.name for u in _TIME if _STEPS[0] <= step * u.size <= _STEPS[1]]
+    shortest, longest = _STEPS
+    return [u.name for u in _TIME if shortest <= step * u.size <= longest]
 
 
 def _time(raw: Raw, reading: Reading) -> Units:
@@ -441,7 +457,8 @@ def _time(raw: Raw, reading: Reading) -> Units:
     if reading.time_unit:
         option = next(u for u in _TIME if u.name == reading.time_unit)
         return _ticking(column, option, first, f"in {option.name} by --time-unit")
-    step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else math.nan
+    steps = np.diff(stamps)
+    step = float(np.median(steps)) if len(steps) else math.nan
     plausible = plausible_units(step)
     header = unit_of(split_unit(column, time=True)[1], "time")
     if header is not None and header.foreign:
@@ -450,7 +467,8 @@ def _time(raw: Raw, reading: Reading) -> Units:
             what = f"column {column!r} (t) is in {header.name} by its header, and its steps are"
             refuse(f"{what} {step:.4g}", f"a header with the unit of the numbers, or {how}")
         return _ticking(column, header, first, f"in {header.name} by the header")
-    dated = [u for u in _TIME if _DATES[0] <= first * u.size <= _DATES[1]]
+    earliest, latest = _DATES
+    dated = [u for u in _TIME if earliest <= first * u.size <= latest]
     if header is None and len(dated) == 1 and dated[0].foreign and dated[0].name in plausible:
         return _ticking(column, dated[0], first, f"{dated[0].name} since 1970 by size and rate")
     return IN_SI
@@ -460,7 +478,8 @@ def _ticking(column: str, unit: Unit, first: float, source: str) -> Units:
     """Return the conversion of times; stamps that doubles would round start from the first."""
     if not unit.foreign:
         return IN_SI
-    long = abs(first) * unit.size > _DATES[0] or abs(first) >= _EXACT
+    seconds = abs(first) * unit.size
+    long = seconds > _DATES[0] or abs(first) >= _EXACT
     done = "converted to s" + (", from the first sample on" if long else "")
     return Units(
         ticks=round(1 / unit.size),
