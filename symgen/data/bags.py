@@ -161,8 +161,8 @@ def _fields(reading: Reading, currents: bool) -> dict[str, str]:
     if "i" in reading.pairs and not currents:
         refuse("motor currents (--columns i)", "torque_constant in [drive] of the robot file")
     taken = reading.pairs.values()
-    own = {role: field for role, field in _FIELDS.items() if field not in taken}
-    return own | dict(reading.pairs)
+    usual = {role: field for role, field in _FIELDS.items() if field not in taken}
+    return usual | dict(reading.pairs)
 
 
 @contextmanager

@@ -296,12 +296,12 @@ def _matched(
         if role not in patterns and (role in columns or (role == "i" and has_torque)):
             continue
         have = columns.get(role, {})
-        own = {j: name for j, name in have.items() if f"{role}{j + 1}" in wanted.reading.pairs}
-        free = [j for j in range(len(names)) if j not in own]
+        of_user = {j: name for j, name in have.items() if f"{role}{j + 1}" in wanted.reading.pairs}
+        free = [j for j in range(len(names)) if j not in of_user]
         rest = wanted
-        if own:
+        if of_user:
             joints = [wanted.joints[j] for j in free if j < len(wanted.joints)]
-            n = wanted.n and wanted.n - len(own)
+            n = wanted.n and wanted.n - len(of_user)
             rest = replace(wanted, n=n, joints=joints, sigma=(), fixed=())
         if pattern := patterns.get(role, ""):
             found = _user_pattern(names, texts, role, pattern, rest)
@@ -309,7 +309,7 @@ def _matched(
             pattern, found = _only_pattern(texts, role, rest)
         if found:
             first, last = min(found), max(found)
-            columns[role] = own | {free[k - first]: name for k, name in found.items()}
+            columns[role] = of_user | {free[k - first]: name for k, name in found.items()}
             matches.append(f"{role} = {pattern}")
             if "*" in pattern:
                 star = f"{first} to {last}"

@@ -115,7 +115,8 @@ def with_servo_torques(log: Log, servo: Servo | None) -> Log:
             "[controller] with kp and kd in the robot file; where only their "
             'ratios are known, with scale = "unknown"',
         )
-    kp, kd = np.array(servo.kp), np.array(servo.kd)
+    kp = np.array(servo.kp)
+    kd = np.array(servo.kd)
 
     def speed(x: FloatArray, measured: FloatArray | None) -> FloatArray:
         from scipy.interpolate import CubicSpline
@@ -125,7 +126,8 @@ def with_servo_torques(log: Log, servo: Servo | None) -> Log:
     command = kp * log.qr + kd * speed(log.qr, log.qdr)
     tau = command - kp * log.q - kd * speed(log.q, log.qd)
     note = f"{log.name}: tau is that of the gains of [controller], kp (qr - q) + kd (qdr - qd)"
-    return replace(log, tau=read_only(tau), command=read_only(command), notes=(*log.notes, note))
+    notes = (*log.notes, note)
+    return replace(log, tau=read_only(tau), command=read_only(command), notes=notes)
 
 
 def motor_side(log: Log, drive: Drive) -> Log:

@@ -152,12 +152,12 @@ def reading_of(name: str, reading: Reading, log: LogForm | None) -> Reading:
         fields = {ours: theirs for ours, theirs in full.pairs.items() if theirs in FIELDS}
         return replace(reading, columns=reading.columns or fields, joints=full.joints)
     names = names_of(name, reading)
-    own = not {"q1", "q"}.isdisjoint(split_unit(name)[0] for name in names)
+    ours = not {"q1", "q"}.isdisjoint(split_unit(name)[0] for name in names)
     columns = columns_from(log.columns).values()
     starts = [re.split(r"[*+]", column)[0] for column in columns]
     found = [any(name.startswith(start) for name in names) for start in starts]
     fits = starts and all(found)
-    if fits or not own:
+    if fits or not ours:
         return full
     if not starts and (log.unit or log.time_unit) and not (reading.unit or reading.time_unit):
         what = "[log] of the robot file has units and no columns, and the file has those of a log"
@@ -305,8 +305,9 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     for role, k in (("q", 0), ("qd", 1), ("tau", 2), ("i", 2)):
         if role in arrays:
             empty = np.isnan(arrays[role])
-            arrays[role] = _filled(role, arrays[role], empty, t, raw.names, part)
-            _require_finite(role, arrays[role], t, raw.names)
+            x = _filled(role, arrays[role], empty, t, raw.names, part)
+            _require_finite(role, x, t, raw.names)
+            arrays[role] = x
             missing[:, :, k] |= empty
     missing.setflags(write=False)
     if "imu" in arrays:

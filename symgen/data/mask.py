@@ -136,8 +136,8 @@ def resting(q: FloatArray, step: float, slow: FloatArray) -> Bools:
 def _slower(q: FloatArray, step: float, span: float, limits: FloatArray) -> Bools:
     """Return where the mean speed over a span is below its limit for that long, (N, n)."""
     slow = np.abs(mean_speeds(q, step, span)) <= limits
-    least = max(2, round(span / step))
-    return np.column_stack([_runs(column, least) for column in slow.T])
+    shortest = max(2, round(span / step))
+    return np.column_stack([_runs(column, shortest) for column in slow.T])
 
 
 def saturated(
@@ -178,11 +178,11 @@ def _stuck(x: FloatArray) -> Bools:
     return out
 
 
-def _runs(flags: Bools, least: int) -> Bools:
-    """Return the flags that are in runs of at least `least`."""
+def _runs(flags: Bools, shortest: int) -> Bools:
+    """Return the flags that are in runs of at least `shortest`."""
     out = np.zeros(len(flags), dtype=bool)
     for start, end in spans(flags):
-        out[start:end] = end - start >= least
+        out[start:end] = end - start >= shortest
     return out
 
 

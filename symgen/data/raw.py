@@ -145,8 +145,8 @@ class Reading:
             names = list(values)
             twice = [name for name in names if names.count(name) > 1]
             if twice or not all(names):
-                fault = f"{twice[0]!r} is given twice" if twice else "an empty name"
-                raise LogError(f"{what}: {fault}; accepted: every name once")
+                why = f"{twice[0]!r} is given twice" if twice else "an empty name"
+                raise LogError(f"{what}: {why}; accepted: every name once")
         for word in self.mask:
             if word not in MASKS:
                 raise LogError(f"--mask: {word!r}; accepted: {', '.join(MASKS)}")
@@ -164,11 +164,11 @@ class Reading:
 
     def over(self, log: LogForm) -> Reading:
         """Return these options, completed with [log] of a robot file."""
-        own = {key: value for key, value in vars(self).items() if value}
+        chosen = {key: value for key, value in vars(self).items() if value}
         unit, separator = units_from(log.unit), separator_of(log.separator)
         header = self.header and log.header
         return Reading(
-            **(vars(log) | {"unit": unit, "separator": separator} | own | {"header": header})
+            **(vars(log) | {"unit": unit, "separator": separator} | chosen | {"header": header})
         )
 
     @property

@@ -166,8 +166,9 @@ class ColumnTable:
             arrays[role] = self.units.si(role, x)
         for x in arrays.values():
             x.setflags(write=False)
-        ignored = tuple(name for k, name in enumerate(self.header) if k not in columns)
-        names = {column: self.header[k] for k, column in columns.items()}
+        header = dict(enumerate(self.header))
+        names = {column: header.pop(k) for k, column in columns.items()}
+        ignored = tuple(header.values())
         return Raw(arrays, ignored, self.notes, names, self.units.conversions)
 
 
@@ -332,7 +333,7 @@ class Arrays:
     """A table with one array for each role.
 
     Attributes:
-        arrays: role -> array, with equal numbers of rows; some are maps of a file.
+        arrays: role -> array, with equal numbers of rows.
         ignored: as in `Raw`.
         units: units of its arrays.
     """
@@ -347,10 +348,8 @@ class Arrays:
         return int(self.arrays["t"].shape[0])
 
     def times(self) -> Iterator[NDArray[Any]]:
-        """Yield the time column in pieces."""
-        for first in range(0, self.rows, BATCH):
-            piece = self.arrays["t"][first : first + BATCH]
-            yield self.units.seconds(piece)
+        """Yield the time column."""
+        yield self.units.seconds(self.arrays["t"])
 
     def part(self, first: int, last: int) -> Raw:
         """Return the rows from `first` to before `last`."""
@@ -393,7 +392,8 @@ def _npz(path: Path, wanted: Wanted, again: bool) -> Arrays:
         refuse_currents()
     for role in ("t", "q", "tau"):
         if role not in arrays and not (role == "tau" and arrays.keys() & {"i", "qr"}):
-            refuse(f"there is no array {names[role]} among {listed([*content])}", KEYS)
+            present = listed([*content])
+            refuse(f"there is no array {names[role]} among {present}", KEYS)
     t = arrays["t"]
     if len(t.shape) == 2 and 1 in t.shape:  # of MATLAB
         arrays["t"] = t.ravel()
@@ -463,7 +463,9 @@ def _rows_of_npz(name: str) -> int:
 
 def has_segments(name: str) -> bool:
     """Return whether a long file is read in segments: Parquet and uncompressed NPZ."""
-    return is_parquet(name) or (name.lower().endswith(".npz") and rows_of(name) > 0)
+    if name.lower().endswith(".npz"):
+        return rows_of(name) > 0
+    return is_parquet(name)
 
 
 def is_parquet(name: str) -> bool:

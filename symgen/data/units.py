@@ -338,7 +338,8 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
     Raises:
         LogError: a unit is unknown, an option has no column, or the rate contradicts a header.
     """
-    widths = {role: (*x.shape, 1)[1] for role, x in raw.arrays.items() if role in QUANTITIES}
+    arrays = {role: x for role, x in raw.arrays.items() if role in QUANTITIES}
+    widths = {role: (*x.shape, 1)[1] for role, x in arrays.items()}
     for column in filter(None, wanted.reading.unit):
         if re.sub("[0-9]+", "", column) not in widths:
             refuse(f"--unit {column}=..: there is no such column", ", ".join(widths))
@@ -433,7 +434,8 @@ def _unit_option(role: str, j: int, quantity: str, options: Mapping[str, str]) -
 
 
 def _accepted(quantity: str) -> str:
-    return ", ".join(line.split()[1] for line in _TABLE.splitlines() if line.startswith(quantity))
+    lines = filter(re.compile(quantity).match, _TABLE.splitlines())
+    return ", ".join(line.split()[1] for line in lines)
 
 
 def plausible_units(step: float) -> list[str]:

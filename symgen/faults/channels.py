@@ -20,9 +20,9 @@ _MANY = 0.05  # share of outliers above which they belong to the signal
 _SLOW = 1 / 6
 #: Bits of the integers in recorders.
 _BITS = (8, 15, 16, 32)
-#: For a held channel: smallest number of runs, share of runs with exactly its length, and share
-#: with nearly this length.
-_HELD_RUNS, _PACED, _HELD = 20, 0.4, 0.9
+#: For a channel that holds its values: smallest number of runs, share of runs with exactly its
+#: length, and share with nearly this length.
+_HOLDS, _PACED, _NEARLY = 20, 0.4, 0.9
 #: Smallest step over the usual one, and distance between two steps in samples.
 _STEP, _APART = 5.0, 5
 #: For a clipped channel, samples at the extreme: in total, over those one digit below, and in a
@@ -30,7 +30,7 @@ _STEP, _APART = 5.0, 5
 _FLAT, _PILED, _RUN = 10, 4.0, 3
 
 
-def least_step(x: FloatArray) -> float:
+def last_digit(x: FloatArray) -> float:
     """Return the last digit of a channel: the smallest non-zero step; inf if there is none."""
     steps = np.abs(np.diff(x))
     return float(np.min(steps, where=steps > 0, initial=np.inf))
@@ -45,7 +45,7 @@ def usual_step(x: FloatArray) -> float:
 
 def moves(x: FloatArray) -> bool:
     """Return whether a position moves beyond a few of its last digits."""
-    return bool(np.ptp(x) > FEW_DIGITS * least_step(x))
+    return bool(np.ptp(x) > FEW_DIGITS * last_digit(x))
 
 
 def runs(x: FloatArray) -> tuple[Places, Places]:
@@ -78,7 +78,7 @@ def outliers(x: FloatArray) -> Places:
     usual = 0.0
     if changes.any():
         usual = float(np.median(np.abs(before + after)[changes])) / 2
-    smallest = _JUMP * max(NORMAL * usual, least_step(x))
+    smallest = _JUMP * max(NORMAL * usual, last_digit(x))
     indices = []
     for k in np.flatnonzero(height > smallest) + 1:
         left = size[max(k - _NEAR, 0) : k - 1]
@@ -136,11 +136,11 @@ def hold_length(x: FloatArray) -> int:
     _, lengths = runs(x)
     k = round(float(np.median(lengths)))
     short = lengths[lengths <= 2 * k + 1]
-    if k == 1 or len(short) < _HELD_RUNS:
+    if k == 1 or len(short) < _HOLDS:
         return 1
     exact = np.mean(short == k)
     near = np.mean(np.abs(short - k) <= 1)
-    return k if exact >= _PACED and near >= _HELD else 1
+    return k if exact >= _PACED and near >= _NEARLY else 1
 
 
 def clipped(x: FloatArray) -> Bools:

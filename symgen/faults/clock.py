@@ -8,9 +8,9 @@ from symgen.data.gaps import GAP
 from symgen.data.log import Log
 from symgen.data.mask import Bools, spans
 from symgen.data.raw import FloatArray, Places
-from symgen.faults.channels import FEW_DIGITS, least_step
+from symgen.faults.channels import FEW_DIGITS, last_digit
 
-#: Step of a position after held rows, over the steps before and after.
+#: Step of a position after repeated rows, over the steps before and after.
 _CATCHES_UP = 1.5
 
 
@@ -35,7 +35,7 @@ def stalled_rows(log: Log) -> Bools:
     earlier, later = _rates(log.q, before, first), _rates(log.q, after, last)
     slower = np.maximum(earlier, later)
     step = np.abs(log.q[after] - log.q[first])
-    digits = [FEW_DIGITS * least_step(x) for x in log.q.T]
+    digits = [FEW_DIGITS * last_digit(x) for x in log.q.T]
     far = (step >= _CATCHES_UP * slower) & (step > digits)
     stalls = np.asarray(far.any(axis=1))
     short = repeats[:, 1] - repeats[:, 0] < GAP

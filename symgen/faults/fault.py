@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
-from symgen.schemas import BESIDE, OrNan
+from symgen.schemas import BESIDE, OrNan, at
 
 #: Kind of a unit conversion, which is not a fault but is listed with them.
 CONVERTED = "converted"
@@ -24,7 +24,7 @@ class Fault:
     Attributes:
         log: name of the log, or EVERYWHERE.
         channel: "t", "q2", "tau2, tau4", "tau" for all joints, or "all".
-        fault: text with the value.
+        why: text with the value.
         samples: number of affected samples; 0 for complete columns.
         done: text on the correction.
         values: name, value and standard deviation of measured quantities. Speeds are (1 + GV)
@@ -39,7 +39,7 @@ class Fault:
 
     log: str
     channel: str
-    fault: str
+    why: Annotated[str, at("fault")]
     samples: int = 0
     done: str = LEFT
     values: tuple[tuple[str, float, OrNan], ...] = ()
@@ -58,7 +58,7 @@ class Fault:
     def in_words(self) -> str:
         """The fault in one line."""
         samples = f", {self.samples} samples" if self.samples else ""
-        return f"{self.log}: {self.channel}: {self.fault}{samples}: {self.done}"
+        return f"{self.log}: {self.channel}: {self.why}{samples}: {self.done}"
 
 
 def delay_of(fault: Fault) -> float:

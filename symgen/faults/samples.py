@@ -19,7 +19,7 @@ from symgen.data.signals import STEP_TOLERANCE, Samples
 from symgen.faults.channels import (
     clipped,
     hold_length,
-    least_step,
+    last_digit,
     outliers,
     runs,
     signed,
@@ -107,7 +107,7 @@ def _unsigned(c: Channel) -> Symptom | None:
     if counts is None:
         return None
     high = np.abs(counts - c.x)
-    changed = high > least_step(c.x) / 2
+    changed = high > last_digit(c.x) / 2
     return Symptom(int(changed.sum()), counts, {"span": high.max()})
 
 
@@ -262,10 +262,10 @@ def _constant(c: Channel, x: FloatArray, log: Log | Samples) -> Bools:
         return out
     moving = _moving(c, log)
     size = np.abs(np.diff(x, prepend=x[0], append=x[-1]))  # before and after each sample
-    least = -1.0 if c.key == "tau" else _LEAVES * usual_step(x)
+    smallest = -1.0 if c.key == "tau" else _LEAVES * usual_step(x)
     for start, count in zip(first[long], lengths[long], strict=True):
         end = start + count
-        steps_on = max(size[start], size[end]) > least
+        steps_on = max(size[start], size[end]) > smallest
         steps_on |= count > _DEAD * len(x)
         if steps_on and 2 * moving[start:end].sum() >= count:
             out[start:end] = True

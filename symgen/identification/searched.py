@@ -31,7 +31,7 @@ def searched(campaign: Campaign, least: float) -> Campaign:
     """
     passive = campaign.robot.passive
     every = [f for log in campaign.logs for f in unmended_faults(log.samples, passive)]
-    broken = tuple(Reason(BROKEN, text=f.fault) for f in every)
+    broken = tuple(Reason(BROKEN, text=f.why) for f in every)
     if broken:
         return replace(campaign, answer=Answer(shown=broken))
     delays = tuple[Changed, ...]()

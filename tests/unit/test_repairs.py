@@ -84,7 +84,7 @@ def test_a_channel_that_is_held_is_interpolated(k: int) -> None:
     q, qd, tau = _motion(1)
     held = q[(np.arange(len(T)) // k) * k]
     samples, repairs = _opened(held, qd, tau)
-    assert [(r.channel, r.fault) for r in repairs] == [("q1", f"new values only every {k} samples")]
+    assert [(r.channel, r.why) for r in repairs] == [("q1", f"new values only every {k} samples")]
     inner = slice(2 * k, -2 * k)
     assert np.abs(samples.q - q)[inner].max() < 0.1 * np.abs(held - q)[inner].max()
 

@@ -318,7 +318,7 @@ def test_cells_that_are_empty_are_interpolated_or_masked_and_counted(tmp_path):
     full = symgen.identify(robot(), written(tmp_path / "si.csv", SI), model="momentum")
     path = written(tmp_path / "log.csv", without(SI, EMPTY))
     found = symgen.identify(robot(), path, model="momentum")
-    told = [(f.channel, f.fault, f.samples, f.done) for f in found.repairs]
+    told = [(f.channel, f.why, f.samples, f.done) for f in found.repairs]
     assert told == [
         ("q1, tau2", "empty cells", 4, "interpolated"),
         ("qd2", "empty cells in a row", 40, "masked, for all joints"),

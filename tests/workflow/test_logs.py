@@ -128,7 +128,7 @@ def test_without_saturation_a_log_that_is_cut_off_gives_the_parameters(robot, cu
     assert any("cut2: masked in saturation" in note for note in estimate.notes)
     # it shows in the log by itself: what is cut off is masked without being told
     assert error(found) < (5e-3 if model == "torque" else 1e-3)
-    assert [(r.log, r.channel, r.fault, r.done) for r in found.repairs] == [
+    assert [(r.log, r.channel, r.why, r.done) for r in found.repairs] == [
         (name, "tau1", "clipped at 14", "masked") for name in ("cut2", "cut3")
     ]
     at = np.abs(cut_off[0].tau) >= 14 * (1 - 1e-9)

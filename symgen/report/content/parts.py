@@ -125,7 +125,7 @@ def run_lines(band: Band | None, repairs: Sequence[Fault]) -> tuple[str, ...]:
 
 def _short(repair: Fault) -> str:
     """Return the text of a fault without its evidence."""
-    return repair.fault.partition(" by ")[0]
+    return repair.why.partition(" by ")[0]
 
 
 def _columns(repairs: Sequence[Fault]) -> str:
@@ -164,7 +164,7 @@ def notes_section(notes: Sequence[str]) -> tuple[Section, ...]:
 
 def repairs_section(repairs: Sequence[Fault]) -> Section:
     """Return the repairs of the logs."""
-    rows = [(r.log, r.channel, r.fault, str(r.samples or "all"), r.done) for r in repairs]
+    rows = [(r.log, r.channel, r.why, str(r.samples or "all"), r.done) for r in repairs]
     text = "symgen repaired these faults before all other steps."
     table = Table(("log", "channel", "fault", "samples", "what was done"), rows)
     return Section("Repairs", (text,), table)
