@@ -237,7 +237,7 @@ class _Refits:
         """Return the refits of an identification, with the weights of its solution."""
         parts = summaries(rows_of(last.chosen.best.train).parts)
         weights = residual_weights(parts, last.outcome.settled.solution.X)
-        factor = weighted_triangle((s.factor for s in parts), weights)
+        factor = weighted_triangle(parts, weights)
         return cls(last, factor, shortest(factor))
 
     def columns(self, declared: Model, score: Score) -> list[int]:

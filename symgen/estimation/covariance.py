@@ -21,7 +21,8 @@ from symgen.estimation.values import FloatArray
 
 def scores(e: Equations, X: FloatArray, weight: float = 1.0) -> FloatArray:
     """Return the scores w^2 (y - W X) W, (K, p), of rows with one weight w."""
-    return np.asarray(weight**2 * e.residual(X)[:, None] * e.W)
+    error = weight**2 * e.residual(X)
+    return np.asarray(error[:, None] * e.W)
 
 
 def bartlett(scores: FloatArray, lag: int) -> FloatArray:
@@ -39,7 +40,8 @@ def bartlett(scores: FloatArray, lag: int) -> FloatArray:
 def summed_scores(scores: Iterable[FloatArray], parts: Sequence[Summary]) -> FloatArray:
     """Return the long-run covariance sum (p, p) of the scores of all logs, (K, p) each."""
     pairs = zip(scores, parts, strict=True)
-    return np.asarray(np.sum([bartlett(s, part.lag) for s, part in pairs], axis=0))
+    sums = [bartlett(s, part.lag) for s, part in pairs]
+    return np.asarray(np.sum(sums, axis=0))
 
 
 def robust_covariance(
@@ -61,7 +63,9 @@ def robust_covariance(
         crosses: Z'[Z F] of the instruments Z and functions F of the logs; None without instruments.
     """
     each = zip(parts, weights, crosses or [None] * len(parts), strict=True)
-    products = [Products.of_summary(s, w, cross) for s, w, cross in each]
+    products = []
+    for s, w, cross in each:
+        products.append((s.joint, Products.of_summary(s, w, cross)))
     white, misfit = covariances(X, bread, products)
     return widened(sandwich(bread, meat, parts), white), misfit
 
@@ -91,6 +95,7 @@ def sandwich(bread: FloatArray, meat: FloatArray, parts: Sequence[Summary]) -> F
 
 def widened(covariance: FloatArray, least: FloatArray) -> FloatArray:
     """Return a covariance with standard deviations at least those of `least`, (p, p) both."""
-    variances, least_variances = (np.maximum(np.diag(C), 1e-300) for C in (covariance, least))
-    wider = np.sqrt(np.maximum(least_variances / variances, 1.0))
+    variances = np.maximum(np.diag(covariance), 1e-300)
+    ratio = np.maximum(np.diag(least), 1e-300) / variances
+    wider = np.sqrt(np.maximum(ratio, 1.0))
     return np.asarray(covariance * np.outer(wider, wider))

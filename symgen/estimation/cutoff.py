@@ -72,21 +72,15 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
     """
     if band.rests is None:
         return band
-    filtered = [filter_log(s, band) for s in logs]
-    equations = [torque_equations(evaluator, log) for log in filtered]
-    rows = join(equations)
-    rest = np.concatenate([
-        np.zeros(e.y.shape, dtype=bool) if log.resting is None else log.resting
-        for e, log in zip(equations, filtered, strict=True)
-    ])  # fmt: skip
+    rows = join([torque_equations(evaluator, filter_log(s, band)) for s in logs])
+    used = rows.weight > 0
+    rest = used & (rows.weight < 1)  # the initial weights are below one
     weight = np.full(rest.shape[1], _LEAST)  # joints in motion determine X before joints at rest do
     for _ in range(PASSES):
-        weights = np.where(rest, weight, 1.0) * (rows.weight > 0)
-        parts = zip(equations, rows.spans, strict=True)
-        X = block_summary([replace(e, weight=weights[at]) for e, at in parts]).fit()
-        error = rows.y - rows.W @ X
-        for j, used in enumerate(rows.weight.T > 0):
-            weight[j] = rest_weight(error[used, j], rest[used, j])
+        weighted = replace(rows, weight=np.where(rest, weight, used * 1.0))
+        error = rows.y - rows.W @ block_summary(weighted).fit()
+        for j, of_joint in enumerate(used.T):
+            weight[j] = rest_weight(error[of_joint, j], rest[of_joint, j])
     return replace(band, rests=replace(band.rests, weight=tuple(weight.tolist())))
 
 
@@ -100,9 +94,11 @@ def rest_weight(error: FloatArray, rest: Bools) -> float:
     moved = error[~rest]
     if min(len(moved), int(rest.sum())) < MIN_SAMPLES:
         return 1.0
-    sums = np.array([error[first:last].sum() for first, last in spans(rest)])
-    squares = max(float(sums @ sums), float(error[rest] @ error[rest]))
-    ratio = math.sqrt(float(np.mean(moved**2)) / max(squares / rest.sum(), 1e-300))
+    rested = error[rest]
+    sums = np.array([error[slice(*span)].sum() for span in spans(rest)])
+    squares = max(float(sums @ sums), float(rested @ rested))
+    at_rest = max(squares / len(rested), 1e-300)
+    ratio = math.sqrt(float(np.mean(moved**2)) / at_rest)
     return min(max(ratio, _LEAST), 1.0)
 
 
@@ -233,4 +229,5 @@ def _errors(
             q, equations = log.q, torque_equations(evaluator, log, measured=torque)
             require_equations(s, equations, evaluator.model.robot)
             out.append(equations)
-    return [block_errors(t, t) for t in map(block_summary, parts)]
+    blocks = [block_summary(join(rows)) for rows in parts]
+    return [block_errors(b, b) for b in blocks]

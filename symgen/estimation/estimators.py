@@ -6,7 +6,7 @@ Every estimator is a frozen value with a name and a method `solve` from Rows to 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -111,17 +111,18 @@ class Huber:
         for _ in range(self.passes):
             before = X
             weights, _ = self._weights(equations, X)
-            parts = summaries(_weighed(equations, weights))
-            X, scale, R = merged((s.factor for s in parts), even, names)
+            parts = summaries(map(Equations.weighed, equations, weights))
+            X, scale, R = merged(parts, even, names)
             moved = np.linalg.norm(R @ (scale * (X - before)))
             if moved <= self.tolerance * np.linalg.norm(R @ (scale * X)):
                 break
         weights, inverse = self._weights(equations, X)
         inside = [w == v for w, v in zip(weights, inverse, strict=True)]
         within = [v * i for v, i in zip(inverse, inside, strict=True)]
-        kept = summaries(_weighed(equations, within))
-        bread = inverse_information(*merged((s.factor for s in kept), even, names)[1:])
-        meat = sum_of_scores(_weighed(equations, weights), kept, even, X)
+        kept = summaries(map(Equations.weighed, equations, within))
+        _, *factor = merged(kept, even, names)
+        bread = inverse_information(*factor)
+        meat = sum_of_scores(map(Equations.weighed, equations, weights), kept, even, X)
         covariances = robust_covariance(X, bread, meat, kept, even)
         beyond = 1 - np.mean(np.concatenate(inside))
         note = f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less"
@@ -137,14 +138,9 @@ class Huber:
         inverse = inverse_deviation(bounded_deviation(sigma, squares))
         weights = []
         for e, v in zip(errors, inverse, strict=True):
-            weights.append(v * np.sqrt(self.threshold / np.maximum(v * e, self.threshold)))
+            beyond = np.maximum(v * e, self.threshold)
+            weights.append(v * np.sqrt(self.threshold / beyond))
         return weights, inverse
-
-
-def _weighed(equations: Sequence[Equations], weights: Sequence[FloatArray]) -> Iterator[Equations]:
-    """Yield equations multiplied by the weights of their rows."""
-    for e, weight in zip(equations, weights, strict=True):
-        yield e.weighed(weight)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +169,8 @@ class Prior:
             raise IdentificationError(f"the prior is not one of {len(rows.names)} parameters")
         if not (np.isfinite(self.mean).all() and (self.std > 0).all()):
             raise IdentificationError("the prior's means are not finite, or a std is not above 0")
-        prior_rows = np.column_stack([np.diag(1 / self.std), self.mean / self.std])
+        precision = 1 / self.std
+        prior_rows = np.column_stack([np.diag(precision), precision * self.mean])
         return weighted_least_squares(rows, prior=prior_rows)
 
 
@@ -210,18 +207,21 @@ class TotalLeastSquares:
         p, equations = len(rows.names), rows.parts
         parts = summaries(equations)
         weights, (_, scale, _) = log_weights(parts, rows.names)
-        factor = weighted_triangle((s.factor for s in parts), weights)
-        noise = self._noise(scale, float(np.linalg.norm(factor[:, p])), p)
+        factor = weighted_triangle(parts, weights)
+        size = float(np.linalg.norm(factor[:, p]))
+        noise = self._noise(scale, size, p)
         X = _orthogonal(factor, noise)
         C = noise**2
         growth = 1 + float(C @ X**2)
+        toward = C * X / growth
         scores, rss = [], 0.0
         for w, e in zip(weights, equations, strict=True):
             error = w * e.residual(X)
-            nearest = w * e.W + np.outer(error, C * X / growth)
+            nearest = w * e.W + np.outer(error, toward)
             scores.append(error[:, None] * nearest)
             rss += float(error @ error)
-        information = factor[:p, :p].T @ factor[:p, :p] - rss / growth * np.diag(C)
+        R = factor[:p, :p]
+        information = R.T @ R - rss / growth * np.diag(C)
         unit = np.outer(scale, scale)
         values = np.linalg.eigvalsh(information / unit)
         if not values[0] > 0:
@@ -247,9 +247,9 @@ class TotalLeastSquares:
 def _orthogonal(factor: FloatArray, noise: FloatArray) -> FloatArray:
     """Solve the triangular [W y] by the vector with the smallest residual for its errors."""
     norms = column_norms(factor)
-    R, errors = factor / norms, np.append(noise, 1.0) / norms
+    R, sizes = factor / norms, np.append(noise, 1.0)
     R[-1, -1] = max(abs(R[-1, -1]), 1e-300)
-    inverse = np.linalg.inv(R)
+    inverse, errors = np.linalg.inv(R), sizes / norms
     _, _, right = np.linalg.svd(errors[:, None] * inverse)
     v = inverse @ right[0]
     if abs(errors[-1] * v[-1]) < 1e-12 * np.linalg.norm(errors * v):

@@ -39,7 +39,7 @@ from symgen.estimation.solve import (
     weighted_least_squares,
     weighted_triangle,
 )
-from symgen.estimation.summary import summaries, triangle
+from symgen.estimation.summary import summaries, summarise, triangle
 from symgen.estimation.system import Equations, Rows
 from symgen.estimation.torque_error import percent
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
@@ -100,9 +100,10 @@ class InstrumentalVariables:
         bread = np.linalg.inv(A) / np.outer(reduced.scale, reduced.size)
         scores, crosses = [], []
         for e, w in zip(equations, weights, strict=True):
-            Z, F = _z(e), np.zeros((len(e.y), 0)) if e.features is None else e.features
-            scores.append(w**2 * e.residual(X)[:, None] * Z)
-            crosses.append(Z.T @ np.hstack([Z, F]))
+            Z, error = _z(e), w**2 * e.residual(X)
+            scores.append(error[:, None] * Z)
+            functions = Z if e.features is None else np.hstack([Z, e.features])
+            crosses.append(Z.T @ functions)
         meat = summed_scores(scores, parts)
         test = durbin_wu_hausman(rows, weights)
         notes = [] if test is not None else [_UNTESTED]
@@ -154,24 +155,30 @@ class _Reduced:
     ) -> _Reduced:
         """Reduce equations with instruments, one weight a log."""
         p = len(names)
-        rows = (triangle(np.column_stack([_z(e), e.W, e.y])) for e in equations)
-        R = weighted_triangle(rows, weights)
-        norms = column_norms(R[:, : 2 * p])
-        R[:, : 2 * p] /= norms
-        Rz, Rzw, Rv = R[:p, :p], R[:p, p : 2 * p], R[p : 2 * p, p : 2 * p]
-        Rw = triangle(R[:, p : 2 * p])
+        parts = []
+        for e in equations:
+            both = np.column_stack([_z(e), e.W])
+            parts.append(summarise(replace(e, W=both, features=None)))
+        factor = weighted_triangle(parts, weights)
+        R, y = factor[:, :-1], factor[:p, -1]
+        norms = column_norms(R)
+        Rz, of_W = np.hsplit(R / norms, 2)
+        Rz, Rzw, Rv = Rz[:p], of_W[:p], of_W[p : 2 * p]
+        Rw = triangle(of_W)
         lost = undetermined(Rw, names)
         if lost:
             raise IdentificationError(lost)
-        canonical = np.linalg.svd(np.linalg.solve(Rw.T, Rzw.T), compute_uv=False)
+        common = np.linalg.solve(Rw.T, Rzw.T)
+        canonical = np.linalg.svd(common, compute_uv=False)
         shared = float(canonical[-1])
         if undetermined(Rz, names) or shared <= SINGULAR:
             raise IdentificationError(
                 "the information matrix is singular: these instruments do not determine the "
                 "parameters"
             )
-        X = np.linalg.solve(Rzw, R[:p, 2 * p]) / norms[p:]
-        return cls(X, norms[:p], norms[p:], Rz, Rzw, Rv, shared)
+        size, scale = np.split(norms, 2)
+        X = np.linalg.solve(Rzw, y) / scale
+        return cls(X, size, scale, Rz, Rzw, Rv, shared)
 
 
 def durbin_wu_hausman(rows: Rows, weights: FloatArray) -> Endogeneity | None:
@@ -188,13 +195,14 @@ def durbin_wu_hausman(rows: Rows, weights: FloatArray) -> Endogeneity | None:
         The test; None if the instruments explain every column, or if the logs contain too few
         equations.
     """
-    equations, names, p = rows.parts, rows.names, len(rows.names)
-    reduced = _Reduced.of(equations, names, weights)
+    equations, names = rows.parts, rows.names
+    p, reduced = len(names), _Reduced.of(equations, names, weights)
+    scale = reduced.scale
     # V = (W - Z explained) / scale, in an orthonormal basis of its columns
-    explained = np.linalg.solve(reduced.Rz * reduced.size, reduced.Rzw * reduced.scale)
+    explained = np.linalg.solve(reduced.Rz * reduced.size, reduced.Rzw * scale)
     _, singular, turn = np.linalg.svd(reduced.Rv)
     kept = singular > _SUSPECT
-    basis = turn[kept].T / singular[kept] / reduced.scale[:, None]
+    basis = (turn[kept] / scale).T / singular[kept]
     extra = basis.shape[1]
     if extra == 0:
         return None
@@ -208,14 +216,17 @@ def durbin_wu_hausman(rows: Rows, weights: FloatArray) -> Endogeneity | None:
     if freedom < 1:
         return None
     try:
-        X, scale, R = merged((s.factor for s in parts), even, (*names, *["d"] * extra))
+        known = (*names, *["d"] * extra)
+        X, scale, R = merged(parts, even, known)
     except IdentificationError:
         return None
     meat = sum_of_scores(augmented, parts, even, X)
-    covariance = sandwich(inverse_information(scale, R), meat, parts)[p:, p:]
+    bread = inverse_information(scale, R)
+    covariance = sandwich(bread, meat, parts)[p:, p:]
     count = int(np.linalg.matrix_rank(covariance, hermitian=True))
     rounding = extra * np.finfo(float).eps  # as in the rank
-    size = X[p:] @ np.linalg.pinv(covariance, rounding, hermitian=True) @ X[p:]
+    d, precision = X[p:], np.linalg.pinv(covariance, rounding, hermitian=True)
+    size = d @ precision @ d
     statistic = float(size) / count
     return Endogeneity("all", statistic, (count, freedom), _f_tail(statistic, count, freedom))
 
@@ -252,7 +263,8 @@ def bias_of_least_squares(
     moves = np.abs(other.X - plain.X)
     known = (spread < KNOWN * size) & (moves > _MATERIAL * size)
     certain = any(test.p_value < SIGNIFICANCE for test in other.endogeneity)
-    ratio = np.where(known & (plain.std > 0), moves / np.maximum(plain.std, 1e-300), 0.0)
+    certain_of = known & (plain.std > 0)
+    ratio = np.where(certain_of, moves / np.maximum(plain.std, 1e-300), 0.0)
     largest = int(np.argmax(ratio))
     if not certain or ratio[largest] <= BEYOND:
         return compared, ""

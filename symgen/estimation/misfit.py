@@ -11,13 +11,14 @@ residual, given the noise of all joints and the misfit of the others.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from symgen.estimation.features import mixtures
-from symgen.estimation.summary import Summary
+from symgen.estimation.summary import Summary, inverse_root
 from symgen.estimation.values import FloatArray
 
 _RANK = 1e-10  # relative; smaller eigenvalues of the products of W are zero
@@ -30,19 +31,16 @@ _SWEEPS = 3  # over the joints, since the misfit of one affects the estimates of
 _RATIOS = np.geomspace(1e-4, 1e6, 101)
 
 
-@dataclass(frozen=True, eq=False)
-class Products:
+class Products(NamedTuple):
     """Products of the weighted equations of one joint.
 
     Attributes:
-        joint: position of the joint, None for energy.
         rows: number of equations.
         independent: approximate number of rows that share no samples.
         gram: [W F y]'[W F y], (p + m + 1, p + m + 1).
         cross: W'[W F], or Z'[Z F] of instruments Z, (p, p + m).
     """
 
-    joint: int | None
     rows: int
     independent: float
     gram: FloatArray
@@ -68,20 +66,11 @@ class Products:
         ]
         gram = np.block(rows)
         cross = gram[:p, :-1] if cross is None else cross
-        return cls(s.joint, s.rows, s.independent, weight**2 * gram, weight**2 * cross)
-
-    def __add__(self, other: Products) -> Products:
-        return Products(
-            self.joint,
-            self.rows + other.rows,
-            self.independent + other.independent,
-            self.gram + other.gram,
-            self.cross + other.cross,
-        )
+        return cls(s.rows, s.independent, weight**2 * gram, weight**2 * cross)
 
 
 def covariances(
-    X: FloatArray, bread: FloatArray, parts: Iterable[Products]
+    X: FloatArray, bread: FloatArray, parts: Iterable[tuple[int | None, Products]]
 ) -> tuple[FloatArray, FloatArray]:
     """Return the covariance of an estimate from white noise, and from model misfit.
 
@@ -92,21 +81,26 @@ def covariances(
     Args:
         X: the estimate, (p,).
         bread: A (p, p), inverse derivative of the estimating equations.
-        parts: products of all logs and joints.
+        parts: joint and products of the equations of each log and joint.
     """
-    known: dict[int | None, Products] = {}
-    for part in parts:
-        known[part.joint] = known[part.joint] + part if part.joint in known else part
-    joints, p = list(known.values()), len(bread)
+    of_joint: dict[int | None, Products] = {}
+    for joint, part in parts:
+        known = of_joint.get(joint)
+        if known is not None:
+            part = Products(*map(operator.add, known, part))
+        of_joint[joint] = part
+    joints, p = list(of_joint.values()), len(bread)
     noise = [noise_variance(products) for products in joints]
-    scatter = sum(v * products.cross[:, :p] for v, products in zip(noise, joints, strict=True))
+    pairs = zip(noise, joints, strict=True)
+    scatter = sum(v * products.cross[:, :p] for v, products in pairs)
     white = bread @ scatter @ bread.T
     moves = [bread @ products.cross[:, p:] for products in joints]
     misfit = np.zeros((len(joints), p, p))
     for _ in range(_SWEEPS if moves[0].size else 0):
         for j, (products, moved) in enumerate(zip(joints, moves, strict=True)):
             others = white + misfit.sum(axis=0) - misfit[j]
-            misfit[j] = (moved * misfit_variances(products, X, moved, noise[j], others)) @ moved.T
+            variances = misfit_variances(products, X, moved, noise[j], others)
+            misfit[j] = (moved * variances) @ moved.T
     return white, misfit.sum(axis=0)
 
 
@@ -119,25 +113,34 @@ def noise_variance(products: Products) -> float:
     result is 0.0 if W and F explain y exactly.
     """
     p = len(products.cross)
-    scale = np.sqrt(np.diag(products.gram)[:p])
-    scale = np.where(scale > 0, scale, np.inf)
-    values, vectors = np.linalg.eigh(products.gram[:p, :p] / np.outer(scale, scale))
-    kept = values > _RANK * values[-1]
-    basis = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]
-    projected = basis.T @ products.gram[:p, p:]
-    residual = products.gram[p:, p:] - projected.T @ projected
-    shown, directions = np.linalg.eigh(residual[:-1, :-1])
-    nonzero = shown > _ROUNDING * np.trace(products.gram[p:-1, p:-1])
+    WW, WF_Wy, others = _blocks(products.gram, p)
+    basis = inverse_root(WW, _RANK)
+    projected = basis.T @ WF_Wy
+    residual = others - projected.T @ projected
+    FF, Fy, yy = _blocks(residual, -1)
+    shown, directions = np.linalg.eigh(FF)
+    nonzero = shown > _ROUNDING * np.trace(others[:-1, :-1])
     shown = shown[nonzero]
-    z2 = (directions.T @ residual[:-1, -1])[nonzero] ** 2 / shown
-    free = products.independent * max(1 - (int(kept.sum()) + len(z2)) / max(products.rows, 1), 0.0)
-    if free + len(z2) == 0:
+    along = directions[:, nonzero].T @ Fy[:, 0]
+    z2 = along**2 / shown
+    fitted = basis.shape[1] + len(z2)
+    free = products.independent * max(1 - fitted / max(products.rows, 1), 0.0)
+    freedom = free + len(z2)
+    if freedom == 0:
         return 0.0
-    rest = max(float(residual[-1, -1] - z2.sum()), 0.0)
-    spread = 1 + np.outer(np.append(0.0, _RATIOS), shown / shown.max(initial=0.0))
-    sigma2 = np.maximum((np.sum(z2 / spread, axis=1) + rest) / (free + len(z2)), 1e-300)
-    likely = np.log(spread).sum(axis=1) + (free + len(z2)) * np.log(sigma2)
+    rest = max(float(yy[0, 0] - z2.sum()), 0.0)
+    ratios = np.append(0.0, _RATIOS)
+    spread = 1 + np.outer(ratios, shown / shown.max(initial=0.0))
+    squares = np.sum(z2 / spread, axis=1) + rest
+    sigma2 = np.maximum(squares / freedom, 1e-300)
+    likely = np.log(spread).sum(axis=1) + freedom * np.log(sigma2)
     return float(sigma2[likely.argmin()])
+
+
+def _blocks(products: FloatArray, at: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the blocks of a symmetric matrix before a column, beside them, and after it."""
+    before, after = slice(None, at), slice(at, None)
+    return products[before, before], products[before, after], products[after, after]
 
 
 def misfit_variances(
@@ -160,23 +163,30 @@ def misfit_variances(
         others: covariance of X from noise and from the misfit of other joints, (p, p).
     """
     p = len(X)
-    G, FW, u = products.gram[p:-1, p:-1], products.gram[p:-1, :p], products.gram[p:-1, -1]
+    of_F = products.gram[p:-1]
+    FW, G, u = of_F[:, :p], of_F[:, p:-1], of_F[:, -1]
     moves = FW @ moved
-    V = noise * (G - moves - moves.T) + FW @ others @ FW.T
+    V = noise * (G - moves - moves.T)
+    V += FW @ others @ FW.T
     values, vectors = np.linalg.eigh(V)
     nonzero = values > _SHOWN * noise * np.trace(G)
     if not nonzero.any():
         return np.zeros(len(u))
-    whiten = (vectors[:, nonzero] / np.sqrt(values[nonzero])).T
-    residual, N = whiten @ (u - FW @ X), whiten @ (G - moves)
+    kept = vectors[:, nonzero]
+    whiten = (kept / np.sqrt(values[nonzero])).T
+    residual = whiten @ (u - FW @ X)
+    N = whiten @ (G - moves)
     sizes, fits = [], []
     for D in mixtures():
-        directions, shown, _ = np.linalg.svd(N * np.sqrt(D))
+        directions, sizes_of_N, _ = np.linalg.svd(N * np.sqrt(D))
+        shown = np.square(sizes_of_N)
         if not shown[0]:
             continue  # a joint at rest has no friction
-        z2, shown = (directions.T @ residual) ** 2, np.square(shown)
+        z2 = (directions.T @ residual) ** 2
         spread = 1 + np.outer(_RATIOS, shown / shown[0])
-        fits.append(-0.5 * np.sum(np.log(spread) + z2 / spread, axis=1))
+        cost = np.log(spread) + z2 / spread
+        fits.append(-0.5 * cost.sum(axis=1))
         sizes.append(_RATIOS[:, None] / shown[0] * D)
-    likely = np.exp(fits - np.max(fits)) * np.sqrt(_RATIOS) / (1 + _RATIOS)
+    of_sizes = np.sqrt(_RATIOS) / (1 + _RATIOS)
+    likely = of_sizes * np.exp(fits - np.max(fits))
     return np.asarray(np.einsum("sr,srm->m", likely / likely.sum(), sizes))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -69,16 +70,17 @@ def require_rows(rows: Rows) -> None:
         raise IdentificationError(f"{count} equations for {p} parameters: the log is too short")
 
 
-def weighted_triangle(parts: Iterable[FloatArray], weights: FloatArray) -> FloatArray:
-    """Return the triangular factor of weighted rows or of their factors, one weight a part."""
-    return triangle(np.concatenate([w * f for w, f in zip(weights, parts, strict=True)]))
+def weighted_triangle(parts: Iterable[Summary], weights: FloatArray) -> FloatArray:
+    """Return the triangular factor of weighted equations, one weight a summary."""
+    factors = [w * s.factor for w, s in zip(weights, parts, strict=True)]
+    return triangle(np.concatenate(factors))
 
 
-def merged(parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, ...]) -> Merged:
-    """Merge weighted factors of [W y] and solve.
+def merged(parts: Iterable[Summary], weights: FloatArray, names: tuple[str, ...]) -> Merged:
+    """Merge weighted equations and solve.
 
     Args:
-        parts: rows of [W y], or their factors, each (k, p + 1).
+        parts: summaries of the equations.
         weights: one a part.
         names: names of the p columns of W.
 
@@ -90,12 +92,11 @@ def merged(parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, .
     """
     p, factor = len(names), weighted_triangle(parts, weights)
     scale = column_norms(factor[:, :p])
-    R = factor[:p, :p] / scale
+    R, y = factor[:p, :p] / scale, factor[:p, p]
     lost = undetermined(R, names)
     if lost:
         raise IdentificationError(lost)
-    X: FloatArray = np.linalg.solve(R, factor[:p, p]) / scale
-    return X, scale, R
+    return np.linalg.solve(R, y) / scale, scale, R
 
 
 def reweighted(
@@ -142,29 +143,39 @@ def log_weights(
     Returns:
         The weights (1/sigma, one a log), and the result of `merged` with them.
     """
-    factors, shared = [s.factor for s in parts], np.ones(len(parts))
-    weights, rounds = np.ones(len(parts)), passes if len(parts) > 1 else 0
-    if prior is not None:
-        shared = np.sqrt([max(s.correlation, 1) for s in parts])
-        # the first deviation is that of y
-        weights = residual_weights(parts, np.zeros(len(names))) / shared
-        factors, rounds = [*factors, prior], _PASSES_OF_A_PRIOR
+    even = np.ones(len(parts))
+    if prior is None:
+        rounds = passes if len(parts) > 1 else 0
+        return reweighted(
+            lambda weights: merged(parts, weights, names),
+            lambda solved: residual_weights(parts, solved[0]),
+            even,
+            rounds,
+        )
+    shared = np.sqrt([max(s.correlation, 1) for s in parts])
+    both = [*parts, Summary(prior, len(prior))]
 
-    def solve(weights: FloatArray) -> Merged:
-        known = np.ones(len(factors) - len(parts))
-        return merged(factors, np.append(weights, known), names)
+    def weigh(X: FloatArray) -> FloatArray:
+        return residual_weights(parts, X) / shared
 
-    return reweighted(solve, lambda x: residual_weights(parts, x[0]) / shared, weights, rounds)
+    return reweighted(
+        lambda weights: merged(both, np.append(weights, 1.0), names),
+        lambda solved: weigh(solved[0]),
+        weigh(np.zeros(len(names))),  # the first deviation is that of y
+        _PASSES_OF_A_PRIOR,
+    )
 
 
 def shortest_weights(parts: Sequence[Summary]) -> FloatArray:
     """Return the log weights 1/sigma, as `log_weights`, of the shortest solution."""
+    even = np.ones(len(parts))
+    weigh = partial(residual_weights, parts)
+    return weigh(reweighted(partial(shortest_of, parts), weigh, even)[1])
 
-    def solve(weights: FloatArray) -> FloatArray:
-        return shortest(weighted_triangle((s.factor for s in parts), weights))
 
-    _, X = reweighted(solve, lambda X: residual_weights(parts, X), np.ones(len(parts)))
-    return residual_weights(parts, X)
+def shortest_of(parts: Iterable[Summary], weights: FloatArray) -> FloatArray:
+    """Return the shortest solution of weighted equations from their summaries, (p,)."""
+    return shortest(weighted_triangle(parts, weights))
 
 
 def shortest(rows: FloatArray) -> FloatArray:
@@ -175,18 +186,20 @@ def shortest(rows: FloatArray) -> FloatArray:
     Args:
         rows: (k, p + 1).
     """
-    R = triangle(rows)
-    p = R.shape[1] - 1
-    scale = column_norms(R[:, :p])
+    factor = triangle(rows)
+    p = factor.shape[1] - 1
     if p == 0:
         return np.zeros(0)
-    return np.linalg.lstsq(R[:p, :p] / scale, R[:p, p], rcond=_SHORTEST)[0] / scale
+    scale = column_norms(factor[:, :p])
+    R, y = factor[:p, :p] / scale, factor[:p, p]
+    return np.linalg.lstsq(R, y, rcond=_SHORTEST)[0] / scale
 
 
 def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:
     """Return 1/sigma of the residual of each part; see `bounded_deviation`."""
     sigma = np.sqrt([s.rss(X) / max(s.rows, 1) for s in parts])
-    return inverse_deviation(bounded_deviation(sigma, np.array([s.square for s in parts])))
+    squares = np.array([s.square for s in parts])
+    return inverse_deviation(bounded_deviation(sigma, squares))
 
 
 def inverse_deviation(sigma: FloatArray) -> FloatArray:
@@ -273,9 +286,11 @@ def _null_space(R: FloatArray, noise: FloatArray) -> FloatArray:
         R: triangular factor of columns of unit norm, (p, p).
         noise: triangular factor of the noise in these columns, (p, p), not singular.
     """
-    _, singular, right = np.linalg.svd(R @ np.linalg.inv(noise))
-    null = np.linalg.solve(noise, right[np.count_nonzero(singular > 1) :].T).T
-    return np.asarray(null / np.linalg.norm(null, axis=1, keepdims=True))
+    ratio = R @ np.linalg.inv(noise)
+    _, singular, right = np.linalg.svd(ratio)
+    hidden = right[np.count_nonzero(singular > 1) :]
+    null = np.linalg.solve(noise, hidden.T)
+    return np.asarray((null / np.linalg.norm(null, axis=0)).T)
 
 
 def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
@@ -285,8 +300,8 @@ def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
         R: triangular factor of the regressor with columns of unit norm, (p, p).
         names: names of its columns.
     """
-    _, singular, right = np.linalg.svd(R)
-    null = right[np.count_nonzero(singular > SINGULAR * singular[0]) :]
+    rounding = SINGULAR * (float(np.linalg.norm(R, 2)) or 1.0)
+    null = _null_space(R, rounding * np.eye(len(R)))
     if len(null) == 0:
         return ""
     share = np.linalg.norm(null, axis=0)
@@ -325,11 +340,14 @@ def identifiable_columns(W: FloatArray, noise: FloatArray | None = None) -> Iden
     scale = np.where(norms > SINGULAR * norms.max(), norms, np.inf)
     R /= scale
     rounding = SINGULAR * np.eye(len(norms))
-    E = triangle(rounding if noise is None else np.concatenate([noise / scale, rounding]))
+    if noise is not None:
+        rounding = np.concatenate([noise / scale, rounding])
+    E = triangle(rounding)
     kept: list[int] = []
     for k in np.flatnonzero(R.any(axis=0)).tolist():
         tried = [*kept, k]
-        ratio = R[:, tried] @ np.linalg.inv(triangle(E[:, tried]))
+        of_noise = triangle(E[:, tried])
+        ratio = R[:, tried] @ np.linalg.inv(of_noise)
         if np.linalg.svd(ratio, compute_uv=False)[-1] > 1:
             kept.append(k)
     open_ = np.linalg.norm(_null_space(R, E), axis=0)

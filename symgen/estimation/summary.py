@@ -72,15 +72,17 @@ class Summary:
 
     def rss(self, X: FloatArray) -> float:
         """Return the sum of the squares of y - W X."""
-        return float(np.sum((self.factor[:, -1] - self.factor[:, :-1] @ X) ** 2))
+        W, y = self.factor[:, :-1], self.factor[:, -1]
+        return float(np.sum((y - W @ X) ** 2))
 
 
 def summarise(e: Equations) -> Summary:
     """Return the summary of equations."""
-    F = e.features
-    features = None if F is None else F.T @ np.column_stack([e.W, F, e.y])
+    F, features = e.features, None
+    if F is not None:
+        features = F.T @ np.column_stack([e.W, F, e.y])
     factor = triangle(np.column_stack([e.W, e.y]))
-    return Summary(factor, len(e.y), e.correlation, e.joint, features)
+    return Summary(factor, e.rows, e.correlation, e.joint, features)
 
 
 def summaries(equations: Iterable[Equations]) -> list[Summary]:
@@ -93,7 +95,8 @@ def merge_summaries(parts: Sequence[Summary]) -> Summary:
     factor = triangle(np.concatenate([s.factor for s in parts]))
     products = [s.features for s in parts if s.features is not None]
     features = np.sum(products, axis=0) if products else None
-    return replace(parts[0], factor=factor, rows=sum(s.rows for s in parts), features=features)
+    rows = sum(s.rows for s in parts)
+    return replace(parts[0], factor=factor, rows=rows, features=features)
 
 
 def triangle(rows: FloatArray) -> FloatArray:
@@ -124,7 +127,8 @@ def _cholesky_qr(A: FloatArray) -> FloatArray | None:
         if np.diag(first).min(initial=1.0) < _DEPENDENT:
             return None
         Q = A @ (np.linalg.inv(first) / scale[:, None])
-        return np.asarray(np.linalg.cholesky(Q.T @ Q).T @ (first * scale))
+        second = np.linalg.cholesky(Q.T @ Q).T
+        return np.asarray(second @ (first * scale))
     except np.linalg.LinAlgError:
         return None
 
@@ -150,8 +154,8 @@ class Blocks:
     def size(self) -> FloatArray:
         """(m,) RMS of y."""
         squares = self.grams[:, :, -1, -1].sum(axis=0)
-        rms: FloatArray = np.sqrt(squares / np.maximum(self.rows.sum(axis=0), 1.0))
-        rms = bounded_deviation(rms, squares)
+        count = np.maximum(self.rows.sum(axis=0), 1.0)
+        rms = bounded_deviation(np.sqrt(squares / count), squares)
         return np.where(rms > 0, rms, 1.0)
 
     def fit(self, without: Sequence[int] | Places = ()) -> FloatArray:
@@ -160,8 +164,9 @@ class Blocks:
         Returns:
             X (p,); the shortest solution in units of the columns if the rows do not determine it.
         """
-        chosen = np.setdiff1d(np.arange(len(self.grams)), np.asarray(without, dtype=int))
-        grams, rows = self.grams[chosen].sum(axis=0), self.rows[chosen].sum(axis=0)
+        others = np.asarray(without, dtype=int)
+        grams = np.delete(self.grams, others, axis=0).sum(axis=0)
+        rows = np.delete(self.rows, others, axis=0).sum(axis=0)
         variance = least = self.size**2
         squares = grams[:, -1, -1]
         X: FloatArray = np.zeros(grams.shape[-1] - 1)
@@ -196,13 +201,24 @@ def bounded_deviation(sigma: FloatArray, squares: FloatArray) -> FloatArray:
 
 def solve_gram(gram: FloatArray) -> FloatArray:
     """Solve least squares from [W y]'[W y]; the shortest solution if it is not unique."""
-    scale = np.sqrt(np.maximum(np.diag(gram)[:-1], 0.0))
+    root = inverse_root(gram[:-1, :-1], _RANK)
+    products = root.T @ gram[:-1, -1]
+    return np.asarray(root @ products)
+
+
+def inverse_root(gram: FloatArray, rank: float) -> FloatArray:
+    """Return B (p, r) with B B' the pseudoinverse of products of columns, in their units.
+
+    Args:
+        gram: (p, p) products.
+        rank: share of the largest eigenvalue below which an eigenvalue is zero.
+    """
+    scale = np.sqrt(np.maximum(np.diag(gram), 0.0))
     scale = np.where(scale > 0, scale, 1.0)
-    unit = gram[:-1, :-1] / np.outer(scale, scale)
-    values, vectors = np.linalg.eigh(unit)
-    kept = values > _RANK * values[-1]
-    basis = vectors[:, kept]
-    return np.asarray(basis @ ((basis.T @ (gram[:-1, -1] / scale)) / values[kept]) / scale)
+    values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
+    kept = values > rank * values[-1]
+    unit = vectors[:, kept] / np.sqrt(values[kept])
+    return np.asarray(unit / scale[:, None])
 
 
 def residual_squares(grams: FloatArray, X: FloatArray) -> FloatArray:
@@ -211,43 +227,46 @@ def residual_squares(grams: FloatArray, X: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(np.einsum("a,jab,b->j", v, grams, v), 0.0))
 
 
-def block_summary(logs: Sequence[Rows], reach: float = 0.0) -> Blocks:
+def block_summary(rows: Rows, reach: float = 0.0) -> Blocks:
     """Summarise equations by blocks of the total training time.
 
     A row belongs to the block in which it ends. If it begins in another fold, it is left out.
 
     Args:
-        logs: the rows of each log, in the order of time.
+        rows: the rows of some logs, each in the order of time.
         reach: time in s that an equation reaches back.
 
     Raises:
         IdentificationError: a joint has no equation in a log.
     """
-    if not all(log.weight.any(axis=0).all() for log in logs):
-        raise IdentificationError("a log is too short for any equation")
-    times = [log.t[log.weight.any(axis=1)] for log in logs]
-    total = sum(t[-1] - t[0] for t in times) or 1.0
-    m, width = logs[0].y.shape[1], len(logs[0].names) + 1
-    grams, count = np.zeros((BLOCKS, m, width, width)), np.zeros((BLOCKS, m))
+    used = rows.weight != 0
+    ends = []
+    for at in rows.spans:
+        if not used[at].any(axis=0).all():
+            raise IdentificationError("a log is too short for any equation")
+        t = rows.t[at][used[at].any(axis=1)]
+        ends.append((t[0], t[-1]))
+    total = sum(end - start for start, end in ends) or 1.0
+    p, count = len(rows.names), np.zeros((BLOCKS, rows.y.shape[1]))
+    grams = np.zeros((*count.shape, p + 1, p + 1))
     before = 0.0
-    for log, t in zip(logs, times, strict=True):
-        place = (before + log.t - t[0]) / total  # 0 .. 1
-        first, last = (_block(x) for x in (place - reach / total, place))
+    for at, (start, end) in zip(rows.spans, ends, strict=True):
+        place = (before + rows.t[at] - start) / total  # 0 .. 1
+        first, last = (
+            np.clip((x * BLOCKS).astype(int), 0, BLOCKS - 1) for x in (place - reach / total, place)
+        )
         for b in np.unique(last):
-            begin = max(np.searchsorted(first, b - b % _A_FOLD), np.searchsorted(last, b))
-            inside = slice(begin, np.searchsorted(last, b, side="right"))
-            weight = log.weight[inside]
-            rows = np.concatenate([log.W[inside], log.y[inside, :, None]], axis=2)
-            rows = (rows * weight[:, :, None]).swapaxes(0, 1)
-            grams[b] += rows.swapaxes(1, 2) @ rows
-            count[b] += np.count_nonzero(weight, axis=0)
-        before += t[-1] - t[0]
+            of_fold = np.searchsorted(first, b - b % _A_FOLD)
+            begin = max(of_fold, np.searchsorted(last, b))
+            stop = np.searchsorted(last, b, side="right")
+            inside = slice(at.start + begin, at.start + stop)
+            y = rows.y[inside, :, None]
+            Wy = np.concatenate([rows.W[inside], y], axis=2)
+            Wy = (Wy * rows.weight[inside, :, None]).swapaxes(0, 1)
+            grams[b] += Wy.swapaxes(1, 2) @ Wy
+            count[b] += used[inside].sum(axis=0)
+        before += end - start
     return Blocks(grams, count)
-
-
-def _block(place: FloatArray) -> Places:
-    """Return the block of rows, for their places in the total time, 0 .. 1."""
-    return np.asarray(np.clip((place * BLOCKS).astype(int), 0, BLOCKS - 1))
 
 
 def block_errors(equations: Blocks, torques: Blocks) -> FloatArray:

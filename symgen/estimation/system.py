@@ -130,29 +130,29 @@ class Rows:
     def parts(self) -> list[Equations]:
         """The equations of each log and joint."""
         out = []
+        joints = range(self.y.shape[1])
         for at, extent in zip(self.spans, self.extents, strict=True):
-            out += [self.part(at, j, extent.correlation) for j in range(self.y.shape[1])]
+            out += [self.part(at, j, extent.correlation) for j in joints]
         return out
 
     def part(self, at: slice, j: int, correlation: int = 1) -> Equations:
         """Return the equations of one joint in a span of rows."""
         weight = self.weight[at, j]
-        used = weight != 0
+        used, even = weight != 0, (weight == 1).all()
 
         def of(x: FloatArray) -> FloatArray:
             rows = x[at, j]
-            if (weight == 1).all():
-                return rows
-            factor = weight[used] if rows.ndim == 1 else weight[used, None]
-            return np.asarray(rows[used] * factor)
+            return rows if even else (rows[used].T * weight[used]).T
 
-        more = {key: of(x) for key in ("Z", "features") if (x := getattr(self, key)) is not None}
+        Z = None if self.Z is None else of(self.Z)
+        features = None if self.features is None else of(self.features)
         joint = None if self.energy else j
-        return Equations(of(self.W), of(self.y), correlation, joint, **more)
+        return Equations(of(self.W), of(self.y), correlation, joint, Z, features)
 
     def with_regressor(self, W: FloatArray) -> Rows:
         """Return the rows with another regressor, (K, m, p); numbers name its columns."""
-        return replace(self, names=tuple(map(str, range(W.shape[2]))), W=W)
+        numbers = range(W.shape[2])
+        return replace(self, names=tuple(map(str, numbers)), W=W)
 
     def weighed(self, weight: FloatArray) -> Rows:
         """Return the rows with their residuals multiplied by weights, (K, m) or (K, 1)."""
@@ -275,9 +275,10 @@ def torque_columns(
     base = evaluator.model.base
     if X is None or base.linear == len(base.parameters):
         return W
-    rigid = np.concatenate([X[: base.linear], np.zeros(len(X) - base.linear)])
+    effects = np.arange(len(X)) >= base.linear
+    rigid = np.where(effects, 0.0, X)
     at = torque_at(evaluator, rigid, *motion)
-    units = np.eye(len(X))[base.linear :]
+    units = np.eye(len(X))[effects]
     columns = [torque_at(evaluator, rigid + unit, *motion) - at for unit in units]
     return np.concatenate([W, np.stack(columns, axis=2)], axis=2)
 
@@ -325,5 +326,6 @@ def torque_equations(
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
     weight = log.rest_weight(log.resting) * log.free
     F = None if features is None else features.in_band(log.modelled)
-    names, extents = evaluator.model.base.names[: W.shape[2]], (Extent(len(y), correlation),)
+    names = evaluator.model.base.names[: W.shape[2]]
+    extents = (Extent(len(y), correlation),)
     return Rows(names, W, y, log.compared_t, weight, extents, features=F)

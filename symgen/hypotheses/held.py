@@ -34,11 +34,12 @@ def held_squares(result: SearchResult, items: Sequence[Judged]) -> tuple[FloatAr
     problem, effects = part.problem, following(part.problem, part.effects)
     stage, held = problem.stage(effects), problem.held_rows
     columns = problem.make_columns(held.logs, stage.X).each(s.cause for s in effects)
-    W = np.concatenate([held.W, *(dense(c, held.y.shape) for c in columns)], axis=2)
+    more = [dense(c, held.y.shape) for c in columns]
+    W = np.concatenate([held.W, *more], axis=2)
     weight = held.weight**2
-    measured = np.concatenate([log.unmasked.measured for log in held.logs])
-    error = np.sum(weight * (held.y - W @ stage.rows.X) ** 2, axis=0)
-    size = np.sum(weight * measured**2, axis=0)
+    residual = held.y - W @ stage.rows.X
+    error = np.sum(weight * residual**2, axis=0)
+    size = np.sum(weight * held.measured**2, axis=0)
     return error, np.maximum(size, TINY)
 
 

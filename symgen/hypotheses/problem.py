@@ -174,7 +174,7 @@ class Problem:
     def torque(self, earlier: float) -> FloatArray:
         """Return the torque in the band, (K, n), moved earlier by some seconds."""
         if not earlier:
-            return np.concatenate([log.unmasked.measured for log in self.logs])
+            return self.base.measured
         parts = []
         for log in self.logs:
             samples = with_earlier_torques(log.samples, earlier)

@@ -7,9 +7,10 @@ samples have zero weight. So have reversals and rests, because friction is undef
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -19,10 +20,10 @@ from symgen.estimation.solve import (
     SINGULAR,
     column_norms,
     reweighted,
-    shortest,
+    shortest_of,
     weighted_triangle,
 )
-from symgen.estimation.summary import Summary, bounded_deviation, summarise, triangle
+from symgen.estimation.summary import Summary, bounded_deviation, summarise
 from symgen.estimation.system import Rows, join, torque_at, torque_equations
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.score import TINY, Columns, dense
@@ -81,14 +82,13 @@ class FittedRows(Rows):
     @cached_property
     def directions(self) -> FloatArray:
         """Matrix (p, r) from the whitened model to an orthonormal basis of its columns."""
-        rows = [s.factor[:, :-1] / size for s, size in zip(self.joints, self.sigma, strict=True)]
-        R = triangle(np.concatenate(rows))
+        R = weighted_triangle(self.joints, 1 / self.sigma)[:, :-1]
         if not R.size:
             return np.zeros((R.shape[1], 0))
         norms = column_norms(R)
         _, values, turn = np.linalg.svd(R / norms)
         kept = values > SINGULAR * values[0]
-        return np.asarray(turn[kept].T / (norms[:, None] * values[kept]))
+        return np.asarray((turn[kept] / norms).T / values[kept])
 
     @cached_property
     def basis(self) -> FloatArray:
@@ -101,10 +101,15 @@ class FittedRows(Rows):
         """Rank of the regressor."""
         return int(self.directions.shape[1])
 
+    @property
+    def measured(self) -> FloatArray:
+        """Measured torque in the band, (K, n)."""
+        return np.concatenate([log.unmasked.measured for log in self.logs])
+
     @cached_property
     def size(self) -> FloatArray:
         """RMS of the measured torque in the band, (n,); 1 for a joint without torque."""
-        torque = rms(np.concatenate([log.unmasked.measured for log in self.logs]))
+        torque = rms(self.measured)
         torque = bounded_deviation(torque, torque)
         return np.where(torque > 0, torque, 1.0)
 
@@ -113,11 +118,11 @@ class FittedRows(Rows):
         added = [*columns]
         if not added:
             return self
-        W = np.concatenate([self.W, *(dense(c, self.y.shape) for c in added)], axis=2)
-        count, reached = W.shape[2] - self.W.shape[2], {j for c in added for j in c}
-        rows = self.with_regressor(W)
+        more = [dense(c, self.y.shape) for c in added]
+        rows = self.with_regressor(np.concatenate([self.W, *more], axis=2))
+        count = len(rows.names) - len(self.names)
         # Most effects have non-zero columns on one joint only.
-        joints = []
+        reached, joints = {j for c in added for j in c}, []
         for j, s in enumerate(self.joints):
             joints.append(_of_joint(rows, j) if j in reached else _widened(s, count))
         return _whitened(self.logs, rows, joints)
@@ -129,7 +134,8 @@ def explained(rows: FittedRows, columns: Columns) -> FloatArray:
     independent = rows.orthogonal_part(flat / column_norms(flat))
     basis, values, _ = np.linalg.svd(independent, full_matrices=False)
     free = basis[:, values > _FREE]
-    return np.asarray((free @ (free.T @ rows.whitened_residual.ravel())).reshape(rows.y.shape))
+    along = free.T @ rows.whitened_residual.ravel()
+    return np.asarray((free @ along).reshape(rows.y.shape))
 
 
 def make_rows(
@@ -155,7 +161,8 @@ def make_rows(
     rows = fitted(logs, at(None))
     base = evaluator.model.base
     for _ in range(SETTLING if base.linear < len(base.parameters) else 0):
-        rows = fitted(logs, at(np.pad(rows.X, (0, len(base.parameters) - len(rows.X)))))
+        missing = len(base.parameters) - len(rows.X)
+        rows = fitted(logs, at(np.pad(rows.X, (0, missing))))
     return rows
 
 
@@ -204,17 +211,18 @@ def _of_joint(rows: Rows, j: int) -> Summary:
 
 def _widened(s: Summary, count: int) -> Summary:
     """Return a summary with columns of zeros after the columns of the model."""
-    zeros = np.zeros((len(s.factor), count))
-    factor = np.concatenate([s.factor[:, :-1], zeros, s.factor[:, -1:]], axis=1)
-    return replace(s, factor=factor)
+    W, y = np.hsplit(s.factor, [-1])
+    zeros = np.zeros((len(W), count))
+    return replace(s, factor=np.hstack([W, zeros, y]))
 
 
 def _whitened(logs: Sequence[FilteredLog], rows: Rows, joints: Sequence[Summary]) -> FittedRows:
     """Solve with joints weighted by the standard deviation of their residual."""
-    y, factors = rows.y, [s.factor for s in joints]
-    torque, count = rms(y), np.maximum((rows.weight**2).sum(axis=0), 1.0)
+    y, torque = rows.y, rms(rows.y)
+    count = np.maximum((rows.weight**2).sum(axis=0), 1.0)
     # A joint without torque takes its floor from the torque of all joints.
-    floor = np.maximum(_EXACT * torque, _EXACT**2 * float(rms(y.ravel()[:, None])[0]) + TINY)
+    of_all = math.sqrt(float(np.mean(y**2)))
+    floor = np.maximum(_EXACT * torque, _EXACT**2 * of_all + TINY)
 
     def inverse(deviation: FloatArray) -> FloatArray:
         return 1 / bounded_deviation(np.maximum(deviation, floor), torque)
@@ -223,12 +231,11 @@ def _whitened(logs: Sequence[FilteredLog], rows: Rows, joints: Sequence[Summary]
         squares = np.array([s.rss(X) for s in joints])
         return inverse(np.sqrt(squares / count))
 
-    def solve(weights: FloatArray) -> FloatArray:
-        return shortest(weighted_triangle(factors, weights))
-
-    _, X = reweighted(solve, weigh, inverse(np.std(y, axis=0)), _WHITENING)
+    first = inverse(np.std(y, axis=0))
+    _, X = reweighted(partial(shortest_of, joints), weigh, first, _WHITENING)
     known = {field.name: getattr(rows, field.name) for field in fields(Rows)}
-    return FittedRows(**known, logs=tuple(logs), X=X, sigma=1 / weigh(X), joints=tuple(joints))
+    sigma = 1 / weigh(X)
+    return FittedRows(**known, logs=tuple(logs), X=X, sigma=sigma, joints=tuple(joints))
 
 
 def _moving(log: FilteredLog, rests: float | Sequence[float]) -> FloatArray:
@@ -238,7 +245,8 @@ def _moving(log: FilteredLog, rests: float | Sequence[float]) -> FloatArray:
         log: a log in the band of the run.
         rests: weight of the rows that a rest of their joint affects, one or (n,).
     """
-    moves = (np.abs(log.qd) > _REVERSAL * rms(log.qd))[log.kept] & log.clear[log.kept]
+    speed, clear = np.abs(log.qd[log.kept]), log.clear[log.kept]
+    moves = clear * (speed > _REVERSAL * rms(log.qd))
     if log.resting is None:
         return moves.astype(float)
-    return np.where(log.resting, log.clear[log.kept] * np.asarray(rests), moves * 1.0)
+    return np.where(log.resting, clear * np.asarray(rests), moves)

@@ -66,25 +66,28 @@ def stiffnesses(evidence: FittedRows) -> list[Stiffness]:
 
 def _stiffness(evidence: FittedRows, j: int) -> Stiffness:
     """Fit the torque balance of a motor by least squares."""
-    W = np.concatenate([_columns(s, j) for s in evidence.logs])[:, None]
+    W = np.concatenate([_columns(s, j) for s in evidence.logs])
     y, weight = evidence.y[:, [j]], evidence.weight[:, [j]]
-    rows = Rows(_NAMES, W, y, evidence.t, weight, evidence.extents)
+    rows = Rows(_NAMES, W[:, None], y, evidence.t, weight, evidence.extents)
     solution = Ols().solve(rows)
     moving = rows.part(slice(None), 0)
-    basis = np.linalg.qr(moving.W[:, 1:])[0]
-    column, torque = (x - basis @ (basis.T @ x) for x in (moving.W[:, 0], moving.y))
-    shared = float(column @ torque / (np.linalg.norm(column) * np.linalg.norm(torque)))
+    basis, _ = np.linalg.qr(moving.W[:, 1:])
+    both = np.column_stack([moving.W[:, 0], moving.y])
+    both -= basis @ (basis.T @ both)
+    column, torque = both.T / np.linalg.norm(both, axis=0)[:, None]
+    shared = float(column @ torque)
     if shared < math.sqrt(DEFLECTS):
         fault = "its torque does not follow q - qs: check their units and the gear ratio"
         return Stiffness(j, fault=fault)
-    X, std = solution.X, solution.std
-    p_value = math.erfc(float(X[0] / std[0]) / math.sqrt(2))
-    return Stiffness(j, (float(X[0]), float(std[0])), (float(X[1]), float(std[1])), p_value)
+    stiffness, damping, *_ = zip(solution.X.tolist(), solution.std.tolist(), strict=True)
+    p_value = math.erfc(stiffness[0] / stiffness[1] / math.sqrt(2))
+    return Stiffness(j, stiffness, damping, p_value)
 
 
 def _columns(s: FilteredLog, j: int) -> FloatArray:
     """Return the columns of the motor's torque balance, in the band at the kept samples, (K, 6)."""
     bent, speed = deflection(s, j), s.qd[:, j]
     rate = differentiate(bent, s.step)
-    columns = [bent, rate, s.qdd[:, j], np.sign(speed), speed, np.ones_like(speed)]
+    friction = [np.sign(speed), speed, np.ones_like(speed)]
+    columns = [bent, rate, s.qdd[:, j], *friction]
     return s.unmasked.compared(np.column_stack(columns))

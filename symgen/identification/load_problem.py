@@ -29,7 +29,7 @@ from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import Solution, identifiable_columns
 from symgen.estimation.summary import triangle
-from symgen.estimation.system import Equations, Rows, join
+from symgen.estimation.system import Rows, join
 from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray
 from symgen.identification.load import SMALL, UNITS, Load
@@ -69,9 +69,11 @@ class Solved(NamedTuple):
     def derivative_by_known(self) -> FloatArray:
         """Return the derivative of the solution with respect to known parameters X, (k, p)."""
         weights = self.solution.weights
-        pairs = zip(weights, self.rows.parts, self.problem.rows.parts, strict=True)
-        fitted, known = zip(*((w * a.W, w * b.W) for w, a, b in pairs), strict=True)
-        slope = np.linalg.lstsq(np.concatenate(fitted), np.concatenate(known), rcond=None)[0]
+        fitted, known = (
+            np.concatenate([w * e.W for w, e in zip(weights, rows.parts, strict=True)])
+            for rows in (self.rows, self.problem.rows)
+        )
+        slope, *_ = np.linalg.lstsq(fitted, known, rcond=None)
         return -np.asarray(slope)
 
 
@@ -83,7 +85,8 @@ class LoadProblem:
         evaluator: the compiled model.
         model: model of the equations.
         logs: logs with the load, and logs without it.
-        rows: equations of the logs with the load, then of those without it.
+        rows: equations of all logs.
+        loaded: (K, 1) 1.0 for the rows of logs with the load, 0.0 for the others.
         G: (p, 10) matrix from the parameters of the load to X.
         V: (10, r) determined directions of the load, orthonormal in UNITS.
         known: (10,) known parameters of the load: its mass or 0, and zeros.
@@ -94,6 +97,7 @@ class LoadProblem:
     model: EquationModel
     logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]]
     rows: Rows
+    loaded: FloatArray
     G: FloatArray
     V: FloatArray
     known: FloatArray
@@ -101,20 +105,8 @@ class LoadProblem:
 
     def on_link(self, link: int) -> LoadProblem:
         """Return the problem of a load on another link."""
-        G, V = _directions(self.evaluator, self.loaded, link, bool(self.known.any()))
+        G, V = _directions(self.evaluator, self.rows, self.loaded, link, bool(self.known.any()))
         return replace(self, G=G, V=V)
-
-    @property
-    def loaded(self) -> Sequence[Equations]:
-        """Equations of the logs with the load."""
-        return _with_load(self.rows, self.logs)
-
-    @property
-    def carries(self) -> FloatArray:
-        """(K,) 1.0 for the rows of logs with the load, 0.0 for the others."""
-        loaded = len(self.logs[0])
-        counts = [extent.times for extent in self.rows.extents]
-        return np.repeat(np.arange(len(counts)) < loaded, counts).astype(float)
 
     def solve(self, X: FloatArray) -> Solved:
         """Solve for the load and the free parameters, from those of the robot alone, X (p,).
@@ -153,13 +145,13 @@ class LoadProblem:
     def step(self, at: LoadFit) -> Solved:
         """Solve for changes of the load and of the free parameters."""
         columns, load = self.G * UNITS @ self.V, self.in_X(at)
-        W = self.rows.W
-        carries = self.carries[:, None, None]
-        y = self.rows.y - W @ at.X - carries[:, 0] * (W @ load)
+        W, loaded = self.rows.W, self.loaded
+        y = self.rows.y - W @ at.X - loaded * (W @ load)
         names = self.evaluator.model.base.names
         labels = [f"load {k + 1}" for k in range(len(at.a))]
         labels += [names[k] for k in self.free]
-        both = np.concatenate([carries * (W @ columns), W[:, :, self.free]], axis=2)
+        of_load = loaded[..., None] * (W @ columns)
+        both = np.concatenate([of_load, W[:, :, self.free]], axis=2)
         rows = replace(self.rows, names=tuple(labels), W=both, y=y)
         solution = Wls().solve(rows)
         a, X = np.split(solution.X, [len(at.a)])
@@ -207,15 +199,13 @@ def load_problem(
     model = EquationModel("torque", 0.0, features=features)
     rows = _rows(evaluator, model, logs, (X, X))
     known = np.array([*[0.0] * 9, mass or 0.0])
-    G, V = _directions(evaluator, _with_load(rows, logs), link, mass is not None)
+    counts = [len(log.kept) for group in logs for log in group]
+    carries = np.arange(len(counts)) < len(logs[0])
+    loaded = np.repeat(carries, counts)[:, None].astype(float)
+    G, V = _directions(evaluator, rows, loaded, link, mass is not None)
     determined = identifiable_columns(np.concatenate([e.W for e in rows.parts])).kept
     free = [k for k in determined if k >= fixed]
-    return LoadProblem(evaluator, model, logs, rows, G, V, known, free)
-
-
-def _with_load(rows: Rows, logs: tuple[Sequence[FilteredLog], object]) -> Sequence[Equations]:
-    """Return the equations of the logs with the load, which come first."""
-    return rows.parts[: len(logs[0]) * rows.y.shape[1]]
+    return LoadProblem(evaluator, model, logs, rows, loaded, G, V, known, free)
 
 
 def _rows(
@@ -233,7 +223,7 @@ def _rows(
 
 
 def _directions(
-    evaluator: Evaluator, loaded: Sequence[Equations], link: int, weighed: bool
+    evaluator: Evaluator, rows: Rows, loaded: FloatArray, link: int, weighed: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Return G (p, 10) of a load on a link, and its determined directions (10, r).
 
@@ -242,6 +232,7 @@ def _directions(
     model = evaluator.model
     G, free = regrouping(model)[:, link_columns(model, link)], 10 - weighed
     scaled = (G * UNITS)[:, :free]
-    _, sizes, V = np.linalg.svd(triangle(np.concatenate([e.W @ scaled for e in loaded])))
+    parts = [e.W @ scaled for e in rows.weighed(loaded).parts]
+    _, sizes, V = np.linalg.svd(triangle(np.concatenate(parts)))
     shown = V[: len(sizes)][sizes > SMALL * sizes[0]].T
     return G, np.pad(shown, ((0, 10 - free), (0, 0)))

@@ -148,7 +148,7 @@ def choose_model(
         progress("settling the effects that hold the model's torque")
         model = settle_load(evaluator, campaign.train, models[0])
         train = _equations(campaign, model)
-        torques = block_summary([p.equations for p in train], model.gap)
+        torques = block_summary(rows_of(train), model.gap)
         prior = _weak_prior(campaign, train)
         best = ModelCandidate(model, train, (torques, torques), prior)
     else:
@@ -206,7 +206,7 @@ def _best_model(
         models, that one first.
     """
     compared = _equations(campaign, replace(_COMPARED, features=models[0].features))
-    torques = block_summary([p.equations for p in compared], _COMPARED.gap)
+    torques = block_summary(rows_of(compared), _COMPARED.gap)
     candidates, errors = list[ModelCandidate](), dict[str, IdentificationError]()
     for model in models:
         try:
@@ -216,7 +216,7 @@ def _best_model(
         except IdentificationError as error:
             errors[model.name] = error
             continue
-        blocks = block_summary([p.equations for p in train], model.gap)
+        blocks = block_summary(rows_of(train), model.gap)
         prior = _weak_prior(campaign, train)
         held_out = prior.held_out((blocks, torques)).relative
         known = _known_parameters(campaign, train, model) if partial else None

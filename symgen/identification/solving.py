@@ -291,8 +291,10 @@ def _memory(train: Sequence[EquatedLog], forgetting: float) -> FloatArray:
     for part in reversed(train):
         rows, log = part.equations, part.log
         ends = rows.t[rows.weight.any(axis=1)]
-        hop = float(np.diff(ends).min(initial=log.t[-1] - log.t[0])) / log.step
-        ages = later + hop * (len(ends) - 1 - np.searchsorted(ends, rows.t))
+        length = log.t[-1] - log.t[0]
+        hop = float(np.diff(ends).min(initial=length)) / log.step
+        newer = len(ends) - 1 - np.searchsorted(ends, rows.t)
+        ages = later + hop * newer
         out = [forgetting ** (ages / 2), *out]
         later += hop * len(ends)
     return np.concatenate(out)

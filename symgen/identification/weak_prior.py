@@ -64,7 +64,7 @@ class WeakPrior:
         """
         shared = np.array([max(part.correlation, 1) for part in parts])
         weights = shortest_weights(parts) / np.sqrt(shared)
-        factor = weighted_triangle([part.factor for part in parts], weights)
+        factor = weighted_triangle(parts, weights)
         joints = np.array([part.joint or 0 for part in parts])
         precision = np.bincount(joints, weights**2) / np.bincount(joints)
         return cls(model.robot.sigma, _information(model, factor), factor, precision)
