@@ -41,8 +41,7 @@ class Mask:
 
     def near(self, reach: int) -> Bools:
         """Return (N, n): whether a masked sample of the joint is at most `reach` samples away."""
-        columns = [touched(column, reach) for column in self.joint.T]
-        return np.column_stack(columns)
+        return touched(self.joint, reach)
 
 
 def rms(x: FloatArray) -> FloatArray:
@@ -51,7 +50,7 @@ def rms(x: FloatArray) -> FloatArray:
 
 
 def touched(masked: Bools, reach: int) -> Bools:
-    """Return (N,): whether a masked sample is at most `reach` samples away."""
+    """Return (N, ...): whether a masked sample is at most `reach` samples away."""
     at = np.arange(len(masked))
     first = np.maximum(at - reach, 0)
     last = np.minimum(at + reach, len(masked) - 1)
@@ -62,11 +61,15 @@ def untouched(masked: Bools, first: Places, last: Places) -> Bools:
     """Return which windows from sample `first` to `last` (inclusive) have no masked sample.
 
     Args:
-        masked: (N,) mask of the log.
+        masked: (N, ...) mask of the log.
         first, last: (K,) numbers of samples.
+
+    Returns:
+        (K, ...).
     """
-    count = np.concatenate([[0], np.cumsum(masked)])
-    return np.asarray(count[last + 1] == count[first])
+    none = np.zeros((1, *masked.shape[1:]), dtype=int)
+    count = np.concatenate([none, np.cumsum(masked, axis=0)])
+    return np.asarray(count[last + 1] <= count[first])
 
 
 def slow_speeds(largest: FloatArray, sigma: Sequence[int]) -> tuple[FloatArray, Bools]:

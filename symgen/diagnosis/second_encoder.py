@@ -24,8 +24,8 @@ def with_stiffness(diagnosis: Diagnosis, robot: Robot, results: Sequence[Stiffne
     verdict = diagnosis.verdict
     for s in results:
         number, sigma = robot.numbers[s.joint], robot.sigma[s.joint]
-        if s.fault:
-            notes.append(f"{robot.label(number)}, second encoder: {s.fault}")
+        if s.why:
+            notes.append(f"{robot.label(number)}, second encoder: {s.why}")
             continue
         same = [e for e in effects if (e.name, e.joints) == (NAME, (number,))]
         rotor = (p for e in same for p in e.parameters if p.name.startswith("IA"))

@@ -456,7 +456,7 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
     others = [w for w in adopted.weighed if w.item.key not in doubted]
     scores = [w for w in others if isinstance(w.item, Score)]
     refused = [(w.item, w.reason) for w in scores if w.reason]
-    refused += [(s, s.fault) for s in result.rejected[:_LISTED]]
+    refused += [(s, s.why) for s in result.rejected[:_LISTED]]
     cutoffs = [log.rows.cutoff for log in result.problem.held if log.rows.cutoff]
     values = result.declared.X if first is None else first.estimate.X
     diagnosis = Diagnosis(

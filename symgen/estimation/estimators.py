@@ -29,7 +29,7 @@ from symgen.estimation.solve import (
     weighted_least_squares,
     weighted_triangle,
 )
-from symgen.estimation.summary import bounded_deviation, summaries
+from symgen.estimation.summary import summaries
 from symgen.estimation.system import Equations, Rows
 from symgen.estimation.values import FloatArray
 
@@ -135,7 +135,7 @@ class Huber:
         errors = [np.abs(e.residual(X)) for e in equations]
         sigma = np.array([np.median(e) for e in errors]) * NORMAL
         squares = np.array([e.square for e in equations])
-        inverse = inverse_deviation(bounded_deviation(sigma, squares))
+        inverse = inverse_deviation(sigma, squares)
         weights = []
         for e, v in zip(errors, inverse, strict=True):
             beyond = np.maximum(v * e, self.threshold)

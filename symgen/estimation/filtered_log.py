@@ -235,7 +235,7 @@ class FilteredLog:
         if self.at_rest is None:
             return None
         reach = round(_REST_REACHES / (self.band.comparison_hz * self.step))
-        return np.column_stack([touched(joint, reach)[self.kept] for joint in self.at_rest.T])
+        return touched(self.at_rest, reach)[self.kept]
 
     def rest_weight(self, resting: Bools | None) -> FloatArray:
         """Return the weight of rows: that of the band where a rest of the joint affects them.
@@ -283,7 +283,7 @@ def spans_of(counts: Iterable[int]) -> list[slice]:
 
 def _weighed(x: FloatArray, weight: FloatArray) -> FloatArray:
     """Multiply (k, n, ...) by (k, n)."""
-    return x * weight.reshape(*weight.shape, *[1] * (x.ndim - 2))
+    return np.asarray((x.T * weight.T).T)
 
 
 def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> FilteredLog:

@@ -15,7 +15,7 @@ error, and is then an upper bound. It has two parts. Their squares are added up 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +23,7 @@ import numpy as np
 from symgen.data.mask import Bools, rms
 from symgen.data.signals import differentiate, lowpass, noise_of_differences, white_noise
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.system import torque_at
+from symgen.estimation.system import torque_along
 from symgen.estimation.torque_error import TorqueFit, percent
 from symgen.estimation.values import SEED, FloatArray
 from symgen.policy import NOISES, VISIBLE
@@ -38,8 +38,8 @@ _NOISE = 1e-4  # noise over torque, below that of any instrument
 _ABOVE = 4.0
 
 
-def noise_floor(
-    log: FilteredLog, model: Callable[[FilteredLog], FloatArray], counts: Bools
+def _noise_floor(
+    evaluator: Evaluator, X: FloatArray, log: FilteredLog, counts: Bools
 ) -> FloatArray:
     """Return the standard deviation (n,) of the residual in the band that noise alone causes.
 
@@ -48,8 +48,8 @@ def noise_floor(
     motion adds to the reading, which is then an upper bound.
 
     Args:
+        evaluator, X: the declared model and its parameters.
         log: the log in the band of the run.
-        model: returns the torque (N, n) of the declared model along a log.
         counts: (K, n) kept rows to use.
     """
     band, edge = log.rows.cutoff, passband(log)
@@ -58,7 +58,8 @@ def noise_floor(
     above = max(edge or band, min(_ABOVE * band, 0.25 / log.step))
     high = log.tau - lowpass(log.tau, log.step, above)
     variance = white_noise(high, log.step, above, log.clear) ** 2 * band * 2 * log.step
-    change = log.unmasked.compared(model(_shaken(log, edge)) - model(log))
+    shaken = torque_along(evaluator, X, _shaken(log, edge))
+    change = log.unmasked.compared(shaken - torque_along(evaluator, X, log))
     variance += np.sum(counts * change**2, axis=0) / np.maximum(counts.sum(axis=0), 1)
     variance[_filtered(log, band)] = np.nan
     return np.asarray(np.sqrt(variance))
@@ -89,26 +90,22 @@ def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) 
         X: parameters, (p,).
     """
     out = TorqueFit.none(evaluator.model.robot)
-
-    def model(log: FilteredLog) -> FloatArray:
-        return torque_at(evaluator, X, *(np.ascontiguousarray(x) for x in log.motion))
-
     for log in logs:
         counts = log.free if log.resting is None else log.free & ~log.resting
-        noise = noise_floor(log, model, counts)
+        noise = _noise_floor(evaluator, X, log, counts)
         size = np.sum(counts * log.measured**2, axis=0)
         out += TorqueFit(counts.sum(axis=0) * noise**2, size, (), np.zeros((2, len(size))))
     return out
 
 
-def quiet(gap: Sequence[float], noise: Sequence[float], least: float) -> bool:
-    """Return whether no joint has a visible gap, above three noise floors and twice `least`."""
-    return not above_noise(gap, noise, VISIBLE * least).any()
+def quiet(gap: Sequence[float], noise: Sequence[float], matters: float) -> bool:
+    """Return whether no joint has a visible gap: above three noise floors and twice `matters`."""
+    return not above_noise(gap, noise, VISIBLE * matters).any()
 
 
-def above_noise(gap: Sequence[float] | FloatArray, noise: Sequence[float], least: float) -> Bools:
-    """Return which gaps are above `least` and above three noise floors; an unknown one is 0."""
-    return np.asarray(gap) > np.maximum(NOISES * np.nan_to_num(noise), least)
+def above_noise(gap: Sequence[float] | FloatArray, noise: Sequence[float], matters: float) -> Bools:
+    """Return which gaps are above `matters` and three noise floors; an unknown floor is 0."""
+    return np.asarray(gap) > np.maximum(NOISES * np.nan_to_num(noise), matters)
 
 
 def noise_accounts(noise: float, error: float) -> str:

@@ -65,10 +65,10 @@ class InstrumentalVariables:
     test.
 
     Attributes:
-        least: weighted least squares of the same equations, if already solved.
+        plain: weighted least squares of the same equations, if already solved.
     """
 
-    least: Solution | None = None
+    plain: Solution | None = None
     name: ClassVar[str] = "iv"
     excludes: ClassVar[str] = (
         "bias where the noise of the instruments is not independent of that of the regressor, and "
@@ -87,13 +87,13 @@ class InstrumentalVariables:
                 "method iv needs instruments; accepted: logs with measured speeds qd, whose "
                 "instruments come from the encoders, or the commanded motion of every log"
             )
-        least = self.least or weighted_least_squares(rows)
+        plain = self.plain or weighted_least_squares(rows)
         equations, names = rows.parts, rows.names
         parts = summaries(equations)
         weights, reduced = reweighted(
             partial(_Reduced.of, equations, names),
             lambda x: residual_weights(parts, x.X),
-            np.array(least.weights),
+            np.array(plain.weights),
             PASSES if len(parts) > 1 else 0,
         )
         X, A = reduced.X, reduced.Rz.T @ reduced.Rzw
@@ -119,7 +119,7 @@ class InstrumentalVariables:
             tuple(map(float, weights)),
             tuple(notes),
             () if test is None else (test,),
-            (OtherEstimate.by("wls", names, least.X, least.std),),
+            (OtherEstimate.by("wls", names, plain.X, plain.std),),
         )
 
 
@@ -232,14 +232,14 @@ def durbin_wu_hausman(rows: Rows, weights: FloatArray) -> Endogeneity | None:
 
 
 def bias_of_least_squares(
-    rows: Rows, solution: Solution, least: Solution | None = None
+    rows: Rows, solution: Solution, wls: Solution | None = None
 ) -> tuple[Solution, str]:
     """Compare weighted least squares with instrumental variables, if there are instruments.
 
     Args:
         rows: the equations that were solved.
         solution: the solution by a method that treats the regressor as exact.
-        least: weighted least squares of these equations, if already solved.
+        wls: weighted least squares of these equations, if already solved.
 
     Returns:
         The solution with tests and comparison, and a text on a bias that the intervals do not
@@ -249,7 +249,7 @@ def bias_of_least_squares(
     if rows.Z is None:
         return solution, ""
     try:
-        other = InstrumentalVariables(least).solve(rows)
+        other = InstrumentalVariables(wls).solve(rows)
     except IdentificationError:
         return replace(solution, notes=(*solution.notes, _UNTESTED)), ""
     spread, size = other.std, np.abs(other.X)

@@ -199,11 +199,12 @@ def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:
     """Return 1/sigma of the residual of each part; see `bounded_deviation`."""
     sigma = np.sqrt([s.rss(X) / max(s.rows, 1) for s in parts])
     squares = np.array([s.square for s in parts])
-    return inverse_deviation(bounded_deviation(sigma, squares))
+    return inverse_deviation(sigma, squares)
 
 
-def inverse_deviation(sigma: FloatArray) -> FloatArray:
-    """Return 1/sigma, with sigma at least a millionth of the largest."""
+def inverse_deviation(sigma: FloatArray, squares: FloatArray) -> FloatArray:
+    """Return 1/sigma of `bounded_deviation`, with sigma at least a millionth of the largest."""
+    sigma = bounded_deviation(sigma, squares)
     return 1 / np.maximum(sigma, max(1e-6 * sigma.max(), 1e-300))
 
 

@@ -25,8 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symgen.data.mask import Bools, untouched
-from symgen.data.raw import Places
+from symgen.data.mask import untouched
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog, spans_of
@@ -192,11 +191,6 @@ def _momentum_terms(
     return momentum, rates
 
 
-def _untouched(flags: Bools, first: Places, last: Places) -> Bools:
-    """Return which windows (K, m) contain no flagged sample, for flags (N, m)."""
-    return np.column_stack([untouched(column, first, last) for column in flags.T])
-
-
 def window_equations(
     evaluator: Evaluator,
     log: FilteredLog,
@@ -235,10 +229,10 @@ def window_equations(
     y = over_windows(signal, log.step, last, w.steps * w.stride)
     weight = np.ones(y.shape)
     if log.at_rest is not None and not energy:
-        weight *= log.rest_weight(~_untouched(log.at_rest, first, last))
+        weight *= log.rest_weight(~untouched(log.at_rest, first, last))
     if log.mask is not None:
         masked = log.mask.robot[:, None] if energy else log.mask.joint
-        weight *= _untouched(masked, first, last)
+        weight *= untouched(masked, first, last)
     W, F = np.split(rows, [len(names)], axis=2)
     extents = (Extent(len(y), w.correlation),)
     known = F if features is not None else None
@@ -255,6 +249,11 @@ def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> Float
     """
     joints, base = motion[:3], motion[3:]
     return np.asarray(evaluator["inverse_dynamics"](*joints, X, *base))
+
+
+def torque_along(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
+    """Return the model's torque along a log at the full rate, (N, n)."""
+    return torque_at(evaluator, X, *map(np.ascontiguousarray, log.motion))
 
 
 def torque_columns(

@@ -61,14 +61,16 @@ class Weighed:
         return self.adopted and self.remaining <= SHOWN
 
 
-def confirm(result: SearchResult, least: float = LEAST) -> tuple[SearchResult, tuple[Weighed, ...]]:
+def confirm(
+    result: SearchResult, matters: float = LEAST
+) -> tuple[SearchResult, tuple[Weighed, ...]]:
     """Keep the hypotheses that lower the error on the validation logs.
 
     The weakest hypothesis is rejected first, until all others are adopted.
 
     Args:
         result: the result of a search.
-        least: smallest torque that matters, as a part of a joint's torque.
+        matters: smallest torque that matters, as a part of a joint's torque.
 
     Returns:
         The result with the adopted hypotheses, and the grade of every accepted hypothesis.
@@ -82,7 +84,7 @@ def confirm(result: SearchResult, least: float = LEAST) -> tuple[SearchResult, t
         out = [replace(_on_training(x), reason=REPEATED) for x in items if x not in free]
         items = free
     while items:
-        weighed = _weigh(result, items, least)
+        weighed = _weigh(result, items, matters)
         failing = [w for w in weighed if not w.adopted]
         if not failing:
             out = [*weighed, *out]
@@ -129,7 +131,7 @@ def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ..
     return tuple(settled_constants(problem, effects, log_columns)), log_columns
 
 
-def _weigh(result: SearchResult, items: Sequence[Judged], least: float) -> list[Weighed]:
+def _weigh(result: SearchResult, items: Sequence[Judged], matters: float) -> list[Weighed]:
     """Grade each item by the validation error with it and without it."""
     squares, size = held_squares(result, items)
     sigma, floor = result.problem.robot.sigma, _floor(result)
@@ -155,19 +157,19 @@ def _weigh(result: SearchResult, items: Sequence[Judged], least: float) -> list[
         fell, reason = float(fall.max()), ""
         if item.cause.measured:
             pass
-        elif fell < least:
+        elif fell < matters:
             reason = (
                 f"on the validation data it explains {percent(fell)} of the torque of a joint; "
-                f"what matters: {100 * least:.2g} %"
+                f"what matters: {100 * matters:.2g} %"
             )
         else:
-            reason = rising(before, after, result.problem.robot, least)
+            reason = rising(before, after, result.problem.robot, matters)
         rose = max(float(np.max(now - was)), 0.0)
         out.append(Weighed(item, fell - rose, remaining, reason))
     return out
 
 
-def rising(before: Residual, after: Residual, robot: Robot, least: float) -> str:
+def rising(before: Residual, after: Residual, robot: Robot, matters: float) -> str:
     """Return which torque error on the validation data gets worse, or "".
 
     The error of a joint may rise by `RISE` times the largest fall of one, and the error of all
@@ -176,14 +178,14 @@ def rising(before: Residual, after: Residual, robot: Robot, least: float) -> str
     Args:
         before, after: torque errors without some hypotheses, and with them.
         robot: gives the names of joints.
-        least: smallest torque that matters, as a part of a joint's torque.
+        matters: smallest torque that matters, as a part of a joint's torque.
     """
     was, now = np.array(before.per_joint), np.array(after.per_joint)
     k = int(np.argmax(now - was))
     fall = max(float(np.max(was - now)), 0.0)
     if now[k] > was[k] + RISE * fall + ROUNDING:
         where, low, high = f" of {robot.listed([k])}", was[k], now[k]
-    elif after.relative > before.relative + RISE * least:
+    elif after.relative > before.relative + RISE * matters:
         where, low, high = "", before.relative, after.relative
     else:
         return ""

@@ -236,14 +236,14 @@ class Score(Judged):
         columns: columns by joint, in the band at the kept samples.
         cost: log-odds of the best constants minus `odds`.
         probability: probability that the effect, or one of its class, is present.
-        fault: reason why it is not accepted, or "".
+        why: reason why it is not accepted, or "".
     """
 
     cause: Candidate
     columns: Columns = field(default_factory=dict)
     cost: float = 0.0
     probability: float = 1.0
-    fault: str = ""
+    why: str = ""
 
 
 def total_odds(score: Score, scores: Iterable[Score]) -> float:

@@ -49,13 +49,13 @@ def in_one_log(result: SearchResult) -> SearchResult:
     if not fading or not result.problem.held:
         return result
     items = result.items
-    least = held_squares(result, items)[0].sum()
+    smallest = held_squares(result, items)[0].sum()
     for item in fading:
         here = replace(item, cause=item.cause.only_in(result.declared.logs))
         others = tuple(here if x is item else x for x in items)
         squares = held_squares(result, others)[0].sum()
-        if squares < least:
-            items, least = others, squares
+        if squares < smallest:
+            items, smallest = others, squares
     return result.with_items(items)
 
 

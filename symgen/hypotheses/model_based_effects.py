@@ -255,7 +255,7 @@ def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
     If the link has an encoder, it measures the deflection, and the stiffness is fitted separately.
     """
     definition = definitions()["joint_elasticity"]
-    known = {s.joint: s.stiffness[0] for s in bent if not s.fault}
+    known = {s.joint: s.stiffness[0] for s in bent if not s.why}
     for j, joint in enumerate(robot.movable):
         if j not in known:
             yield Candidate(definition, (j,), partial(_bent, j), 1, uses_model=True)

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import derive, regrouping
-from symgen.estimation.filtered_log import FilteredLog, kept_spans
-from symgen.estimation.system import join, torque_at
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.system import join, torque_along, torque_at
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import with_earlier_torques
 from symgen.hypotheses.changes import Change
 from symgen.hypotheses.effects import LogColumns, Score, Torques
 from symgen.hypotheses.event import Contact
-from symgen.hypotheses.rows import FittedRows, fitted, make_rows, model_torque
+from symgen.hypotheses.rows import FittedRows, fitted, make_rows
 from symgen.hypotheses.score import Key, PredictiveScore, motion_folds
 from symgen.policy import MISFIT
 from symgen.robot.expressions import exact
@@ -100,7 +100,7 @@ class Problem:
         base = make_rows(self.evaluator, logs, self.known)
         fold = self.fold
         if change.turns:
-            fold = np.concatenate([fold[span][::-1] for span in kept_spans(logs)])
+            fold = np.concatenate([fold[span][::-1] for span in base.spans])
         return replace(self, base=base, held=held, fold=fold, undone=undone)
 
     def without(self, contacts: Iterable[Contact]) -> Problem:
@@ -192,10 +192,10 @@ class Problem:
     def torques_along(self, log: FilteredLog, X: FloatArray) -> Torques:
         """Return the torque of the model with parameters X (p,) along a log in the band."""
         torque, load = _split(self.evaluator, X, log)
-        friction = np.subtract(*_split(self.evaluator, self.X, log))
+        total, rigid = _split(self.evaluator, self.X, log)
         links = link_values(self.robot, self.evaluator.model.base, X)
         gravity = variation(self.robot).gravity
-        return Torques(torque, load, friction, links, partial(self._of_links, links), gravity)
+        return Torques(torque, load, total - rigid, links, partial(self._of_links, links), gravity)
 
     def _of_links(self, links: FloatArray, *motion: FloatArray) -> FloatArray:
         """Return the torque (k, n) of links with parameters (links, 10), without friction."""
@@ -275,7 +275,7 @@ def make_problem(
 def _split(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> tuple[FloatArray, FloatArray]:
     """Return the torque of a model along a log and its rigid-body part, (N, n) each."""
     rigid = np.where(np.arange(len(X)) < evaluator.model.inertial, X, 0.0)
-    return model_torque(evaluator, X, log), model_torque(evaluator, rigid, log)
+    return torque_along(evaluator, X, log), torque_along(evaluator, rigid, log)
 
 
 KERNELS = ("torque_regressor", "inverse_dynamics")

@@ -24,7 +24,7 @@ from symgen.estimation.solve import (
     weighted_triangle,
 )
 from symgen.estimation.summary import Summary, bounded_deviation, summarise
-from symgen.estimation.system import Rows, join, torque_at, torque_equations
+from symgen.estimation.system import Rows, join, torque_equations
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.score import TINY, Columns, dense
 from symgen.runtime.evaluator import Evaluator
@@ -164,11 +164,6 @@ def make_rows(
         missing = len(base.parameters) - len(rows.X)
         rows = fitted(logs, at(np.pad(rows.X, (0, missing))))
     return rows
-
-
-def model_torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
-    """Return the model's torque along a log at the full rate, (N, n)."""
-    return torque_at(evaluator, X, *log.motion)
 
 
 def fitted(logs: Sequence[FilteredLog], rows: Rows) -> FittedRows:

@@ -244,19 +244,19 @@ class PredictiveScore:
 
     @cached_property
     def _norms(self) -> FloatArray:
-        rows = self.W * (self.weight / self.sigma)[:, :, None]
-        norms = np.sqrt(np.sum(rows**2, axis=(0, 1)))
+        weight = self.weight / self.sigma
+        norms = np.sqrt(np.einsum("knp,kn->p", self.W**2, weight**2))
         return np.where(norms > 0, norms, 1.0)
 
     @cached_property
     def _R(self) -> FloatArray:
         """Whitened columns of the model by joint and fold, (n, folds, L, p)."""
-        rows = self.W * (self.weight / self.sigma)[:, :, None] / self._norms
-        return np.ascontiguousarray(np.moveaxis(self._folded(rows), 2, 0))
+        return self._whitened(self.W / self._norms)
 
-    def _whitened(self, residual: FloatArray) -> FloatArray:
-        """Return a residual (K, n), whitened, by joint and fold, (n, folds, L)."""
-        rows = self._folded(residual * self.weight / self.sigma)
+    def _whitened(self, x: FloatArray) -> FloatArray:
+        """Return rows (K, n, ...), whitened, by joint and fold, (n, folds, L, ...)."""
+        weight = self.weight / self.sigma
+        rows = self._folded((x.T * weight.T).T)
         return np.ascontiguousarray(np.moveaxis(rows, 2, 0))
 
     @cached_property
@@ -269,11 +269,11 @@ class PredictiveScore:
 
     @cached_property
     def _Rr(self) -> FloatArray:
-        return np.asarray((self._R.swapaxes(2, 3) @ self._r[..., None])[..., 0])
+        return self._along(self._r)
 
-    @cached_property
-    def _rr(self) -> FloatArray:
-        return np.asarray(np.sum(self._r**2, axis=2))
+    def _along(self, r: FloatArray) -> FloatArray:
+        """Return the products of the columns with a whitened residual, (n, folds, p)."""
+        return np.asarray((self._R.swapaxes(2, 3) @ r[..., None])[..., 0])
 
     @cached_property
     def _inverse(self) -> FloatArray:
@@ -282,10 +282,18 @@ class PredictiveScore:
         p = others.shape[-1]
         return np.asarray(np.linalg.inv(others + _DEPENDENT * np.eye(p))) if p else others
 
+    def _moved(self, Rr: FloatArray) -> FloatArray:
+        """Return the change of X in the fit to the other folds, and to all rows, (folds + 1, p).
+
+        Args:
+            Rr: (n, folds, p) products of the columns with the residual.
+        """
+        products = _of_others(Rr)[..., None]
+        return np.asarray((self._inverse @ products)[..., 0])
+
     @cached_property
     def _base(self) -> FloatArray:
-        """(folds + 1, p) change of X in the fit to the other folds; in the fit to all rows last."""
-        return np.asarray((self._inverse @ _of_others(self._Rr)[..., None])[..., 0])
+        return self._moved(self._Rr)
 
     @cached_property
     def counts(self) -> FloatArray:
@@ -304,15 +312,19 @@ class PredictiveScore:
         """Return whitened squares (..., n, folds) in the unit of the torque squared."""
         return np.maximum(squares, 0.0) * self.sigma[:, None] ** 2
 
-    def _squares(self, d: FloatArray) -> FloatArray:
+    def _squares(self, d: FloatArray, Rr: FloatArray, r: FloatArray) -> FloatArray:
         """Return the sums of squares for the parameters X + d, (N, n, folds).
 
         Args:
             d: (folds, N, p) change of X for each fold.
+            Rr: (n, folds, p) products of the columns with the residual.
+            r: (n, folds, L) whitened residual.
         """
-        moved = self._RR @ d.swapaxes(1, 2)  # (n, folds, p, N)
-        change = np.sum(d.swapaxes(1, 2) * (moved - 2 * self._Rr[..., None]), axis=2)
-        return np.asarray(np.moveaxis(self._rr[..., None] + change, 2, 0))
+        d = d.swapaxes(1, 2)
+        moved = self._RR @ d  # (n, folds, p, N)
+        change = np.sum(d * (moved - 2 * Rr[..., None]), axis=2)
+        squares = np.sum(r**2, axis=2)[..., None] + change
+        return np.asarray(np.moveaxis(squares, 2, 0))
 
     def density(self, counts: FloatArray) -> float:
         """Return the score of the model for other counts of rows, (n, folds), with equal variances.
@@ -331,13 +343,12 @@ class PredictiveScore:
     def of_torque(self, change: FloatArray | float) -> ScoreFit:
         """Return the fit of the model without more columns, for a torque y + change, (K, n)."""
         r = self._whitened(self.residual + change)
-        Rr = (self._R.swapaxes(2, 3) @ r[..., None])[..., 0]
-        d = (self._inverse @ _of_others(Rr)[..., None])[:-1, :, 0]
-        moved = (self._RR @ d[..., None])[..., 0]
-        squares = np.sum(r**2, axis=2) + np.sum(d * (moved - 2 * Rr), axis=2)
-        squares = self._in_units(squares)
+        Rr = self._along(r)
+        d = self._moved(Rr)[:-1, None]
+        squares = self._in_units(self._squares(d, Rr, r)[0])
         score, variance = self._scored(squares)
-        return ScoreFit(float(score), variance, squares, np.zeros(0), np.zeros(len(self.sigma)))
+        none = np.zeros(len(self.sigma))
+        return ScoreFit(float(score), variance, squares, none[:0], none)
 
     @cached_property
     def held_out(self) -> FloatArray:
@@ -401,7 +412,7 @@ class PredictiveScore:
         """
         solved, joints = self._solved(columns, size), list(columns.joints)
         d, b = solved.d[:-1], solved.b[:-1]
-        squares = self._squares(d)
+        squares = self._squares(d, self._Rr, self._r)
         slope = (solved.CC @ b[..., None])[..., 0] - 2 * solved.Cr
         slope += 2 * np.einsum("fnp,jfnap->jfna", d, solved.CR)
         squares[:, joints] += np.einsum("fna,jfna->njf", b, slope)

@@ -54,7 +54,7 @@ _LOOSE = 10.0
 def search(
     problem: Problem,
     registry: Registry,
-    least: float = LEAST,
+    matters: float = LEAST,
     steps: int | None = None,
     progress: Say = silent,
     start: SearchResult | None = None,
@@ -64,15 +64,15 @@ def search(
     Args:
         problem: the model and its logs.
         registry: the hypotheses.
-        least: smallest torque that matters, as a part of a joint's torque. The search accepts
+        matters: smallest torque that matters, as a part of a joint's torque. The search accepts
             hypotheses down to the misfit, if that is smaller.
         steps: largest number of hypotheses to add, without alternatives; None for no limit.
         progress: called with a text about the current trial.
         start: the result of a search with fewer steps on the same problem, to go on with.
     """
     # An effect that is small on the training motion may matter on other motion. `confirm` decides.
-    least = min(least, problem.misfit)
-    judge = _Judge(registry, least)
+    matters = min(matters, problem.misfit)
+    judge = _Judge(registry, matters)
     result = start or SearchResult(problem, problem)
     visited = {frozenset[Key](), result.keys}
     options: list[Score] = []
@@ -82,7 +82,7 @@ def search(
         options = judge.options(stage)
         others = judge.others(stage, result)
         every: list[Judged] = sorted((*options, *others), key=_odds, reverse=True)
-        probable = [o for o in every if o.odds > 0 and o.worth >= least]
+        probable = [o for o in every if o.odds > 0 and o.worth >= matters]
         probable = judge.refined(stage, probable)
         nexts = (judge.pruned(judge.added(result, stage, o)) for o in probable)
         new = next((f for f in nexts if f.keys not in visited), None)
@@ -98,7 +98,7 @@ def search(
             result = rest.with_items((replace(tilt, cause=exact), *rest.items))
     result = in_one_log(result)
     if registry.contacts and result.problem.held:
-        result = replace(result, held_contacts=tuple(_held_contacts(result, least)))
+        result = replace(result, held_contacts=tuple(_held_contacts(result, matters)))
     if steps is not None:
         return result
     rejected = tuple(judge.reasoned(s) for s in options if s.key not in result.keys)
@@ -107,7 +107,7 @@ def search(
     return replace(result, rejected=rejected, tried=len(registry.pool), ranges=ranges)
 
 
-def _held_contacts(result: SearchResult, least: float) -> Iterator[Contact]:
+def _held_contacts(result: SearchResult, matters: float) -> Iterator[Contact]:
     """Yield contacts in the validation logs without which little of their joint's error remains."""
     joined, size = result.problem.joined, result.problem.base.size
     held = result.problem.held
@@ -115,7 +115,7 @@ def _held_contacts(result: SearchResult, least: float) -> Iterator[Contact]:
     score = joined.stage(effects).score
     while True:
         contact = likeliest_contact(score, held, size)
-        if contact is None or contact.odds <= 0 or contact.worth < least:
+        if contact is None or contact.odds <= 0 or contact.worth < matters:
             return
         joined = joined.without([contact])
         held = joined.logs[: len(held)]
@@ -140,8 +140,8 @@ class _Judge:
     It stores the columns of one problem.
     """
 
-    def __init__(self, registry: Registry, least: float) -> None:
-        self.registry, self.least = registry, least
+    def __init__(self, registry: Registry, matters: float) -> None:
+        self.registry, self.matters = registry, matters
         self._problem: Problem | None = None
         #: Trials of the motion, by the undone changes and by whether more than gravity is tried.
         self._moved: dict[tuple[frozenset[Key], bool], list[Changed]] = {}
@@ -229,7 +229,7 @@ class _Judge:
             failing = []
             for k, s in enumerate(again):
                 odds = total_odds(s, again)
-                if odds <= 0 or s.worth < self.least:
+                if odds <= 0 or s.worth < self.matters:
                     failing.append((odds, s.worth, k))
             if not failing:
                 effects = again
@@ -241,7 +241,7 @@ class _Judge:
             rest = result.with_items(leave_out(result.items, contact))
             stage = rest.problem.stage(rest.effects)
             alone = judged_contact(stage.score, contact.cause, stage.problem.base.size)
-            if alone.odds <= 0 or alone.worth < self.least:
+            if alone.odds <= 0 or alone.worth < self.matters:
                 result = rest
         return result
 
@@ -282,17 +282,17 @@ class _Judge:
 
     def reasoned(self, s: Score) -> Score:
         """Return a rejected effect with the reason."""
-        fault = f"it does not predict other motion better: log-odds {s.odds:.1f}"
-        if s.worth < self.least:
-            fault = (
+        why = f"it does not predict other motion better: log-odds {s.odds:.1f}"
+        if s.worth < self.matters:
+            why = (
                 f"it lowers the error on motion it was not fitted on by {100 * s.worth:.2f} % of "
-                f"the torque; what matters: {100 * self.least:.2g} %"
+                f"the torque; what matters: {100 * self.matters:.2g} %"
             )
-        return replace(s, fault=s.fault or fault)
+        return replace(s, why=s.why or why)
 
     def _loud(self, stage: Stage) -> frozenset[int]:
         """Return the joints whose error is large, or far above that of the quietest quarter."""
-        usual = max(self.least, np.sort(stage.lost)[len(stage.lost) // 4])
+        usual = max(self.matters, np.sort(stage.lost)[len(stage.lost) // 4])
         return frozenset(map(int, np.flatnonzero(stage.lost > min(LOUD, APART * usual))))
 
     def _prepare(self, stage: Stage) -> None:
@@ -390,9 +390,9 @@ class _Judge:
         joints = candidate.joints or tuple(columns)
         worth, gain = worth_and_gain(alone.variance, fit.variance, base, joints)
         torque = float(np.max(fit.torque))
-        fault = "" if fit is not alone else "its coefficient would have a sign that it cannot have"
+        why = "" if fit is not alone else "its coefficient would have a sign that it cannot have"
         odds = evidence + prior
-        return Score(candidate, odds, worth, gain, torque, columns=columns, fault=fault)
+        return Score(candidate, odds, worth, gain, torque, columns=columns, why=why)
 
     def _possible(
         self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit

@@ -35,14 +35,14 @@ class Stiffness:
         joint: index among the movable joints.
         stiffness, damping: K and D with their standard deviations, N m/rad and N m s/rad.
         p_value: p-value of K = 0.
-        fault: the reason why K is not known, or "".
+        why: the reason why K is not known, or "".
     """
 
     joint: int
     stiffness: tuple[float, float] = (0.0, 0.0)
     damping: tuple[float, float] = (0.0, 0.0)
     p_value: float = 1.0
-    fault: str = ""
+    why: str = ""
 
 
 def deflection(s: FilteredLog, j: int) -> FloatArray:
@@ -77,8 +77,8 @@ def _stiffness(evidence: FittedRows, j: int) -> Stiffness:
     column, torque = both.T / np.linalg.norm(both, axis=0)[:, None]
     shared = float(column @ torque)
     if shared < math.sqrt(DEFLECTS):
-        fault = "its torque does not follow q - qs: check their units and the gear ratio"
-        return Stiffness(j, fault=fault)
+        why = "its torque does not follow q - qs: check their units and the gear ratio"
+        return Stiffness(j, why=why)
     stiffness, damping, *_ = zip(solution.X.tolist(), solution.std.tolist(), strict=True)
     p_value = math.erfc(stiffness[0] / stiffness[1] / math.sqrt(2))
     return Stiffness(j, stiffness, damping, p_value)
