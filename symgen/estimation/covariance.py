@@ -33,7 +33,8 @@ def bartlett(scores: FloatArray, lag: int) -> FloatArray:
     total[last:] = total[last - 1]
     sums = total[lag:] - total[:-lag]
     meat = np.zeros((scores.shape[1],) * 2)
-    meat[np.ix_(moved, moved)] = sums.T @ sums / lag
+    square = np.ix_(moved, moved)
+    meat[square] = sums.T @ sums / lag
     return meat
 
 
@@ -62,10 +63,11 @@ def robust_covariance(
         weights: weights of the rows in that derivative, one a log.
         crosses: Z'[Z F] of the instruments Z and functions F of the logs; None without instruments.
     """
-    each = zip(parts, weights, crosses or [None] * len(parts), strict=True)
+    known = crosses or [None] * len(parts)
     products = []
-    for s, w, cross in each:
-        products.append((s.joint, Products.of_summary(s, w, cross)))
+    for s, w, cross in zip(parts, weights, known, strict=True):
+        of_part = Products.of_summary(s, w, cross)
+        products.append((s.joint, of_part))
     white, misfit = covariances(X, bread, products)
     return widened(sandwich(bread, meat, parts), white), misfit
 
@@ -96,6 +98,6 @@ def sandwich(bread: FloatArray, meat: FloatArray, parts: Sequence[Summary]) -> F
 def widened(covariance: FloatArray, least: FloatArray) -> FloatArray:
     """Return a covariance with standard deviations at least those of `least`, (p, p) both."""
     variances = np.maximum(np.diag(covariance), 1e-300)
-    ratio = np.maximum(np.diag(least), 1e-300) / variances
-    wider = np.sqrt(np.maximum(ratio, 1.0))
+    smallest = np.maximum(np.diag(least), 1e-300)
+    wider = np.sqrt(np.maximum(smallest / variances, 1.0))
     return np.asarray(covariance * np.outer(wider, wider))

@@ -80,7 +80,8 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
         weighted = replace(rows, weight=np.where(rest, weight, used * 1.0))
         error = rows.y - rows.W @ block_summary(weighted).fit()
         for j, of_joint in enumerate(used.T):
-            weight[j] = rest_weight(error[of_joint, j], rest[of_joint, j])
+            errors, rests = error[of_joint, j], rest[of_joint, j]
+            weight[j] = rest_weight(errors, rests)
     return replace(band, rests=replace(band.rests, weight=tuple(weight.tolist())))
 
 
@@ -129,7 +130,8 @@ def choose_band(
     """
     for s in logs:
         if cutoff is not None:
-            require_cutoff(s.name, cutoff, s.step, float(s.t[-1] - s.t[0]))
+            length = float(s.t[-1] - s.t[0])
+            require_cutoff(s.name, cutoff, s.step, length)
     rate = min(1 / s.step for s in logs)
     measured = not any(s.velocity_derived for s in logs)
     velocity = "measured" if measured else "derived"
@@ -145,11 +147,13 @@ def choose_band(
     if len(grid) == len(kinds) == 1:
         return weigh_rests(evaluator, logs, start)
 
-    torques = [FilteredLog(s, start, s.q, s.qd).measured for s in logs]  # the same for every cutoff
+    unfiltered = [FilteredLog(s, start, s.q, s.qd) for s in logs]
+    torques = [log.measured for log in unfiltered]  # the same for every cutoff
 
     def errors_at(hz: float) -> FloatArray:
         bands = [replace(start, cutoff_hz=hz, velocity=kind) for kind in kinds]
-        return np.maximum(_errors(evaluator, logs, torques, bands), ROUNDING**2 / BLOCKS)
+        errors = _errors(evaluator, logs, torques, bands)
+        return np.maximum(errors, ROUNDING**2 / BLOCKS)
 
     alike = list(in_order(errors_at, grid, threads))
     # Encoder steps widen the comparison band beyond the motion. If the lowest cutoff is the best, a
@@ -159,10 +163,13 @@ def choose_band(
         alike.insert(0, errors_at(grid[0]))
     errors = np.stack(alike, axis=1)
     least = errors.sum(axis=2)[_best(alike)]
-    errors = (errors / np.where(least > 0, least, np.inf)).sum(axis=3)
+    size = np.where(least > 0, least, np.inf)
+    errors = (errors / size).sum(axis=3)
     middle = [_middle(same) for same in errors]
-    k = int(np.argmin([same[i].sum() for same, i in zip(errors, middle, strict=True)]))
-    chosen = replace(start, cutoff_hz=grid[middle[k]], velocity=kinds[k])
+    totals = [same[i].sum() for same, i in zip(errors, middle, strict=True)]
+    k = int(np.argmin(totals))
+    hz = grid[middle[k]]
+    chosen = replace(start, cutoff_hz=hz, velocity=kinds[k])
     return weigh_rests(evaluator, logs, chosen)
 
 
@@ -185,7 +192,8 @@ def channel_noise(x: FloatArray) -> FloatArray:
 
 def _best(errors: Sequence[FloatArray]) -> tuple[int, int]:
     """Return the kind of speed and the cutoff with the smallest error, (kinds, B, m) each."""
-    total = np.stack([e.sum(axis=(1, 2)) for e in errors], axis=1)
+    totals = [e.sum(axis=(1, 2)) for e in errors]
+    total = np.stack(totals, axis=1)
     kind, k = np.unravel_index(total.argmin(), total.shape)
     return int(kind), int(k)
 
@@ -200,7 +208,8 @@ def _middle(errors: FloatArray) -> int:
     """
     best = int(errors.sum(axis=1).argmin())
     more = errors - errors[best]
-    std = np.sqrt(more.shape[1]) * more.std(axis=1, ddof=1)
+    blocks = more.shape[1]
+    std = math.sqrt(blocks) * more.std(axis=1, ddof=1)
     good = more.sum(axis=1) <= std
     low = high = best
     while low > 0 and good[low - 1]:

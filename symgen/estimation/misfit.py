@@ -57,8 +57,11 @@ class Products(NamedTuple):
         """
         products = s.factor.T @ s.factor
         p = len(products) - 1
-        F = np.zeros((0, p + 1)) if s.features is None else s.features
-        WF, FF, Fy = np.split(F, [p, p + len(F)], axis=1)
+        F = s.features
+        if F is None:
+            F = np.zeros((0, p + 1))
+        WF, others = F[:, :p], F[:, p:]
+        FF, Fy = np.hsplit(others, [-1])
         rows = [
             [products[:p, :p], WF.T, products[:p, p:]],
             [WF, FF, Fy],
@@ -66,7 +69,8 @@ class Products(NamedTuple):
         ]
         gram = np.block(rows)
         cross = gram[:p, :-1] if cross is None else cross
-        return cls(s.rows, s.independent, weight**2 * gram, weight**2 * cross)
+        square = weight**2
+        return cls(s.rows, s.independent, square * gram, square * cross)
 
 
 def covariances(
@@ -92,7 +96,9 @@ def covariances(
     joints, p = list(of_joint.values()), len(bread)
     noise = [noise_variance(products) for products in joints]
     pairs = zip(noise, joints, strict=True)
-    scatter = sum(v * products.cross[:, :p] for v, products in pairs)
+    scatter = np.zeros((p, p))
+    for v, products in pairs:
+        scatter += v * products.cross[:, :p]
     white = bread @ scatter @ bread.T
     moves = [bread @ products.cross[:, p:] for products in joints]
     misfit = np.zeros((len(joints), p, p))
@@ -119,7 +125,8 @@ def noise_variance(products: Products) -> float:
     residual = others - projected.T @ projected
     FF, Fy, yy = _blocks(residual, -1)
     shown, directions = np.linalg.eigh(FF)
-    nonzero = shown > _ROUNDING * np.trace(others[:-1, :-1])
+    of_F, *_ = _blocks(others, -1)
+    nonzero = shown > _ROUNDING * np.trace(of_F)
     shown = shown[nonzero]
     along = directions[:, nonzero].T @ Fy[:, 0]
     z2 = along**2 / shown
@@ -164,7 +171,8 @@ def misfit_variances(
     """
     p = len(X)
     of_F = products.gram[p:-1]
-    FW, G, u = of_F[:, :p], of_F[:, p:-1], of_F[:, -1]
+    FW, others_of_F = np.hsplit(of_F, [p])
+    G, u = others_of_F[:, :-1], others_of_F[:, -1]
     moves = FW @ moved
     V = noise * (G - moves - moves.T)
     V += FW @ others @ FW.T

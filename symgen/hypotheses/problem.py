@@ -85,9 +85,11 @@ class Problem:
     def joined(self) -> Problem:
         """The problem of all logs: the validation logs come first and are a separate fold."""
         held = self.held_rows
-        base = fitted((*self.held, *self.logs), join([held, self.base]))
+        logs = (*self.held, *self.logs)
+        base = fitted(logs, join([held, self.base]))
         fold_of_held = np.full(len(held.y), self.fold.max() + 1)
-        return replace(self, base=base, held=(), fold=np.concatenate([fold_of_held, self.fold]))
+        fold = np.concatenate([fold_of_held, self.fold])
+        return replace(self, base=base, held=(), fold=fold)
 
     def changed(self, change: Change) -> Problem:
         """Return the problem with a change undone in all logs, or in the robot file."""
@@ -96,11 +98,13 @@ class Problem:
             robot = replace(self.robot, gravity=tuple(map(exact, change.gravity)))
             other = make_problem(model_of(robot), self.logs, self.held, None, self.misfit)
             return replace(other, undone=undone)
-        logs, held = (tuple(map(change.undo, group)) for group in (self.logs, self.held))
+        logs = tuple(map(change.undo, self.logs))
+        held = tuple(map(change.undo, self.held))
         base = make_rows(self.evaluator, logs, self.known)
         fold = self.fold
         if change.turns:
-            fold = np.concatenate([fold[span][::-1] for span in base.spans])
+            turned = [fold[span][::-1] for span in base.spans]
+            fold = np.concatenate(turned)
         return replace(self, base=base, held=held, fold=fold, undone=undone)
 
     def without(self, contacts: Iterable[Contact]) -> Problem:
@@ -136,9 +140,10 @@ class Problem:
             return self.changed(change)
         standard = self.evaluator.model.base.standard
         others = [k for k, p in enumerate(standard) if p.prefix not in names.LINK]
-        own = regrouping(self.evaluator.model)[: self.base.W.shape[2], others]
+        onto = regrouping(self.evaluator.model)[: len(self.base.names)]
         links = self._free + np.tensordot(change.gravity, self.pulls, 1)
-        W = np.concatenate([links, self.base.W @ own], axis=2)
+        more = self.base.W @ onto[:, others]
+        W = np.concatenate([links, more], axis=2)
         return replace(self, base=fitted(self.logs, self.base.with_regressor(W)))
 
     @cached_property
@@ -206,7 +211,9 @@ class Problem:
         """(p, 10 links) matrix from link parameters to base parameters."""
         model = self.evaluator.model
         at = {p.name: k for k, p in enumerate(model.base.standard)}
-        keys = [at[f"{key}{joint.number}"] for joint in self.robot.moving for key in names.LINK]
+        keys = []
+        for joint in self.robot.moving:
+            keys += [at[f"{key}{joint.number}"] for key in names.LINK]
         return regrouping(model)[:, keys]
 
 
@@ -257,7 +264,8 @@ class Stage:
     @property
     def lost(self) -> FloatArray:
         """(n,) held-out error of each joint, as a part of its torque."""
-        return np.asarray(np.sqrt(self.score.alone.variance) / self.problem.base.size)
+        deviation = np.sqrt(self.score.alone.variance)
+        return np.asarray(deviation / self.problem.base.size)
 
 
 def make_problem(
@@ -274,7 +282,8 @@ def make_problem(
 
 def _split(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> tuple[FloatArray, FloatArray]:
     """Return the torque of a model along a log and its rigid-body part, (N, n) each."""
-    rigid = np.where(np.arange(len(X)) < evaluator.model.inertial, X, 0.0)
+    of_links = np.arange(len(X)) < evaluator.model.inertial
+    rigid = np.where(of_links, X, 0.0)
     return torque_along(evaluator, X, log), torque_along(evaluator, rigid, log)
 
 

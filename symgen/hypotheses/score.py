@@ -87,8 +87,10 @@ def motion_folds(logs: Sequence[FilteredLog]) -> NDArray[np.intp]:
     """
     from scipy.cluster.vq import kmeans2
 
-    q, qd = (np.concatenate([getattr(s, x)[s.kept] for s in logs]) for x in ("q", "qd"))
-    state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), TINY) for x in (q, qd)])
+    states = [np.hstack([log.q[log.kept], log.qd[log.kept]]) for log in logs]
+    state = np.concatenate(states)
+    spread = np.maximum(state.std(axis=0), TINY)
+    state = (state - state.mean(axis=0)) / spread
     regions = min(_REGIONS, len(state))
     _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=_ROUNDS)
     fold = _separate(logs, _filled(region))

@@ -49,7 +49,8 @@ def deflection(s: FilteredLog, j: int) -> FloatArray:
     """Return q - qs of a joint below the cutoff of the run, (N,), rad or m; requires qs."""
     qs = s.samples.qs
     assert qs is not None
-    x = s.samples.q[:, j] - qs[:, j]
+    q = s.samples.q[:, j]
+    x = q - qs[:, j]
     edge = passband(s)
     return x if edge is None else lowpass(x, s.step, edge)
 
@@ -67,8 +68,9 @@ def stiffnesses(evidence: FittedRows) -> list[Stiffness]:
 def _stiffness(evidence: FittedRows, j: int) -> Stiffness:
     """Fit the torque balance of a motor by least squares."""
     W = np.concatenate([_columns(s, j) for s in evidence.logs])
-    y, weight = evidence.y[:, [j]], evidence.weight[:, [j]]
-    rows = Rows(_NAMES, W[:, None], y, evidence.t, weight, evidence.extents)
+    y, t = evidence.y[:, [j]], evidence.t
+    weight = evidence.weight[:, [j]]
+    rows = Rows(_NAMES, W[:, None], y, t, weight, evidence.extents)
     solution = Ols().solve(rows)
     moving = rows.part(slice(None), 0)
     basis, _ = np.linalg.qr(moving.W[:, 1:])
@@ -80,7 +82,8 @@ def _stiffness(evidence: FittedRows, j: int) -> Stiffness:
         why = "its torque does not follow q - qs: check their units and the gear ratio"
         return Stiffness(j, why=why)
     stiffness, damping, *_ = zip(solution.X.tolist(), solution.std.tolist(), strict=True)
-    p_value = math.erfc(stiffness[0] / stiffness[1] / math.sqrt(2))
+    value, std = stiffness
+    p_value = math.erfc(value / std / math.sqrt(2))
     return Stiffness(j, stiffness, damping, p_value)
 
 

@@ -105,7 +105,8 @@ class LoadProblem:
 
     def on_link(self, link: int) -> LoadProblem:
         """Return the problem of a load on another link."""
-        G, V = _directions(self.evaluator, self.rows, self.loaded, link, bool(self.known.any()))
+        weighed = bool(self.known.any())
+        G, V = _directions(self.evaluator, self.rows, self.loaded, link, weighed)
         return replace(self, G=G, V=V)
 
     def solve(self, X: FloatArray) -> Solved:
@@ -130,13 +131,15 @@ class LoadProblem:
     def error(self, X: FloatArray) -> float:
         """Return the torque error in motion of the logs with the load, one step from X (p,)."""
         at = self.first_step(X).fit
-        torques = fit(self.evaluator, self.logs[0], at.X + self.in_X(at))
+        with_load = at.X + self.in_X(at)
+        torques = fit(self.evaluator, self.logs[0], with_load)
         return torques.in_motion.residual.relative
 
     def around(self, fit: LoadFit) -> LoadProblem:
         """Return the problem with load-dependent effects evaluated at a fit."""
         with_load = fit.X + self.in_X(fit)
-        return replace(self, rows=_rows(self.evaluator, self.model, self.logs, (with_load, fit.X)))
+        rows = _rows(self.evaluator, self.model, self.logs, (with_load, fit.X))
+        return replace(self, rows=rows)
 
     def first_step(self, X: FloatArray) -> Solved:
         """Solve for changes from the robot without a load."""
@@ -144,9 +147,10 @@ class LoadProblem:
 
     def step(self, at: LoadFit) -> Solved:
         """Solve for changes of the load and of the free parameters."""
-        columns, load = self.G * UNITS @ self.V, self.in_X(at)
+        load, columns = self.in_X(at), self.G * UNITS @ self.V
         W, loaded = self.rows.W, self.loaded
-        y = self.rows.y - W @ at.X - loaded * (W @ load)
+        robot = self.rows.y - W @ at.X
+        y = robot - loaded * (W @ load)
         names = self.evaluator.model.base.names
         labels = [f"load {k + 1}" for k in range(len(at.a))]
         labels += [names[k] for k in self.free]
@@ -230,9 +234,11 @@ def _directions(
     The directions are orthonormal in units of 0.1 m and 1 kg. They do not change a known mass.
     """
     model = evaluator.model
-    G, free = regrouping(model)[:, link_columns(model, link)], 10 - weighed
+    G = regrouping(model)[:, link_columns(model, link)]
+    free = 10 - weighed
     scaled = (G * UNITS)[:, :free]
     parts = [e.W @ scaled for e in rows.weighed(loaded).parts]
     _, sizes, V = np.linalg.svd(triangle(np.concatenate(parts)))
-    shown = V[: len(sizes)][sizes > SMALL * sizes[0]].T
-    return G, np.pad(shown, ((0, 10 - free), (0, 0)))
+    nonzero = sizes > SMALL * sizes[0]
+    shown = V[: len(sizes)][nonzero].T
+    return G, np.vstack([shown, np.zeros((10 - free, shown.shape[1]))])
