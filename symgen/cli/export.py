@@ -70,12 +70,21 @@ def export(
     limits = [note for log in logs for note in beyond_limits(log, known, copied, reading)]
     say_progress("deriving the model, and finding link parameters")
     higher = mujoco == "3.7"
-    paths, first = write_copies(to, copied, found, known, samples=samples, seed=seed, higher=higher)
+    paths, first = write_copies(
+        to,
+        copied,
+        found,
+        known,
+        samples=samples,
+        seed=seed,
+        higher=higher,
+    )
     for note in (*first.notes, *limits):
         say(f"note: {note}")
-    if first.left_out:
-        listed = ", ".join(f"{name} = {value:.3g} {unit}" for name, value, unit in first.left_out)
-        say(f"note: the format cannot hold {listed}")
+    left_out = ", ".join(name for name, _, _ in first.left_out)
+    if left_out:
+        values = (f"{name} = {value:.3g} {unit}" for name, value, unit in first.left_out)
+        say(f"note: the format cannot hold {', '.join(values)}")
     code = 0
     for log in logs:
         say_progress(f"comparing with {log}")
@@ -83,8 +92,8 @@ def export(
         say(errors.in_words)
         if not samples and errors.exceed(least / 100):
             why = "symgen diagnose searches for what the model lacks"
-            if first.left_out:
-                why = f"the format cannot hold {', '.join(name for name, _, _ in first.left_out)}"
+            if left_out:
+                why = f"the format cannot hold {left_out}"
             say(f"this is more than --least {least:g} % above the estimate: {why}")
             code = 1
     say(f"written: {to}")

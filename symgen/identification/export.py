@@ -77,8 +77,9 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
         ParameterError: a value is not finite, or the result of method consistent is not possible.
     """
     robot = dict(estimate.provenance).get(ROBOT_DIGEST, "")
+    value = tuple(p.value for p in estimate.parameters)
     std = tuple(p.std if math.isfinite(p.std) else None for p in estimate.parameters)
-    values = Values(tuple(p.value for p in estimate.parameters), std, (), estimate_facts(estimate))
+    values = Values(value, std, (), estimate_facts(estimate))
     return codegen_values.values_header_text(
         prefix or estimate.robot,
         estimate.robot,
@@ -134,8 +135,9 @@ def identified_file(
     path = Path(path)
     imported = read_imported(path)
     model = derive(with_fixed_links(robot or imported.robot, imported.robot, path))
-    ours, theirs = model.base.names, (p.name for p in estimate.parameters)
-    if [n.removesuffix("R") for n in ours] != [n.removesuffix("R") for n in theirs]:
+    ours = [name.removesuffix("R") for name in model.base.names]
+    theirs = [p.name.removesuffix("R") for p in estimate.parameters]
+    if ours != theirs:
         raise ParameterError(f"{path}: the estimate is of another robot")
     links = link_parameters(
         model,
@@ -250,14 +252,17 @@ def _joint_dynamics(
     k = joint.number
     prefixes = names.ROTOR, "FV", "FS", "OF"
     armature, viscous, friction, offset = (values.get(f"{p}{k}", 0.0) for p in prefixes)
-    damping, torque, of_springs = {2: 0.0, 3: 0.0}, np.array([offset, 0, 0, 0]), {f"OF{k}"}
+    damping = {2: 0.0, 3: 0.0}
+    torque = np.array([offset, 0, 0, 0])
+    of_springs = {f"OF{k}"}
     for effect in (e for e in robot.effects if e.joint == k):
         coefficients = [name for name, _ in effect.linear]
         if effect.name == SPRING or (effect.name == CABLE and higher):
             torque[1 : 1 + len(coefficients)] += [values[name] for name in coefficients]
             of_springs.update(coefficients)
         if effect.name == DRAG and higher and effect.nonlinear[0][1] in damping:
-            damping[int(effect.nonlinear[0][1])] += values[coefficients[0]]
+            order = int(effect.nonlinear[0][1])
+            damping[order] += values[coefficients[0]]
             written.update(coefficients)
     own = JointDynamics(
         k, armature, viscous, friction, damping_2=damping[2], damping_3=damping[3]
@@ -361,12 +366,14 @@ def write_copies(
     X = _drawn(estimate, samples, seed)
     drawn = [identified_file(source, estimate, robot, x, to) for x in X]
     digits = len(str(samples - 1))
-    paths = [to / f"{source.stem}_{k:0{digits}d}{source.suffix}" for k in range(samples)]
-    files = {p.name: file.text.encode(encoding) for p, file in zip(paths, drawn, strict=True)}
+    numbers = [f"{k:0{digits}d}" for k in range(samples)]
+    names_of_files = [f"{source.stem}_{number}{source.suffix}" for number in numbers]
     values = [dict(file.values) for file in drawn]
-    table = {"schema": SAMPLES, "seed": seed, "files": [*files], "parameters": values}
+    table = {"schema": SAMPLES, "seed": seed, "files": names_of_files, "parameters": values}
+    contents = [file.text.encode(encoding) for file in drawn]
+    files = dict(zip(names_of_files, contents, strict=True))
     write_folder(to, {**files, MARKER: json_text(table).encode()}, MARKER)
-    return paths, drawn[0]
+    return [to / name for name in files], drawn[0]
 
 
 def _drawn(estimate: Estimate, count: int, seed: int) -> FloatArray:
@@ -383,8 +390,8 @@ def _drawn(estimate: Estimate, count: int, seed: int) -> FloatArray:
         )
     values, vectors = np.linalg.eigh(estimate.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    rng = np.random.default_rng(seed)
-    return np.array([estimate.X + root @ rng.normal(size=p) for _ in range(count)])
+    normal = np.random.default_rng(seed).normal(size=(count, p))
+    return np.array([estimate.X + root @ x for x in normal])
 
 
 def read_identified(
@@ -434,7 +441,8 @@ def beyond_limits(
     torques = (file.limits and file.limits.torque) or ()
     limits = dict(zip(file.joint_names, torques, strict=False))
     peaks = np.abs(samples.tau).max(axis=0)
-    over = peaks > [limits.get(name, math.inf) for name in robot.joint_names]
+    highest = [limits.get(name, math.inf) for name in robot.joint_names]
+    over = peaks > highest
     if over.any():
         yield (
             f"{samples.name}: torques of {robot.listed(np.flatnonzero(over))} are above the limits "
@@ -459,7 +467,8 @@ class FileErrors:
     @property
     def in_words(self) -> str:
         """The errors in one line."""
-        mean, count = percent(fmean(self.files)), len(self.files)
+        mean = percent(fmean(self.files))
+        count = len(self.files)
         if count > 1:
             spread = percent(pstdev(self.files))
             mean = f"{mean} on average over {count} files, std {spread}"
