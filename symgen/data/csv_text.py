@@ -146,7 +146,7 @@ def _rows(lines: Sequence[str], separator: str) -> list[_Row]:
 
 def _first_sample(rows: Sequence[_Row]) -> int:
     """Return the first of two rows of numbers with as many cells as most of them."""
-    widths = [(row.numbers > row.words) * (len(row.cells) - 1) for row in rows]
+    widths = [len(row.cells) - 1 if row.numbers > row.words else 0 for row in rows]
     usual = max(filter(None, widths), key=widths.count, default=-1)
     pairs = [*pairwise(widths)]
     twice = (usual, usual)
