@@ -196,4 +196,4 @@ def read_rows(
             log = checked_log(name, raw, wanted, True)
     if rows[0] > 0 or is_parquet(stretch.file):
         return log
-    return replace(log, notes=(*log.notes, f"{name}: {_COMPLETELY}"))
+    return replace(log, notes=(*log.notes, f"{stretch.name}: {_COMPLETELY}"))
