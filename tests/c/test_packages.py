@@ -222,16 +222,6 @@ def test_another_project_uses_two_packages_by_add_subdirectory(packages, tmp_pat
 # Names and memory.
 
 
-@needs_cc
-def test_two_packages_link_into_one_program(packages, tmp_path):
-    (tmp_path / "main.c").write_text(BOTH)
-    folders = [packages("puma560-double"), packages("planar2r-double")]
-    sources = [f for folder in folders for f in c_files(folder)]
-    include = [f"-I{folder}" for folder in folders]
-    run(["cc", *STRICT, *include, "main.c", *sources, "-lm", "-o", "both"], tmp_path)
-    run([tmp_path / "both"], tmp_path)
-
-
 @needs_nm
 def test_symbols_have_the_prefix_and_no_data_is_mutable(package):
     found = symbols(objects(package))

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import shlex
 
+import numpy as np
 import pytest
+from oracles import planar2r
+from oracles.arm import Arm
 
 from symgen.cli.group import cli
 from symgen.cli.options import again
@@ -70,8 +73,6 @@ def test_another_command_keeps_the_options_that_it_has() -> None:
 
 
 def test_a_doubtful_estimate_of_one_model_says_the_command_for_all(tmp_path, command) -> None:
-    import numpy as np
-
     t = np.arange(0, 6, 0.01)
     q = np.stack([0.4 * np.sin(2 * t), 0.3 * np.sin(3 * t)], 1)
     tau = np.random.default_rng(1).standard_normal(q.shape)  # nothing to do with the motion
@@ -96,10 +97,6 @@ def test_a_doubtful_estimate_of_one_model_says_the_command_for_all(tmp_path, com
 def test_what_is_unexplained_comes_with_the_command_and_the_options_of_the_call(
     tmp_path, command
 ) -> None:
-    import numpy as np
-    from oracles import planar2r
-    from oracles.arm import Arm
-
     asked = ["identify", tmp_path / "arm.toml"]
     asked[1].write_text(planar2r.robot_toml("arm", 'friction = ["viscous"]'))
     for name, seed in (("train", 3), ("test", 4)):

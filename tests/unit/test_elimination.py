@@ -28,6 +28,10 @@ def _eliminated(relations, columns=COLUMNS) -> Elimination:
     return out
 
 
+def test_a_relation_that_says_nothing_new_adds_nothing() -> None:
+    assert len(_eliminated([{"P": 1, "Q": L1}, {"P": 2, "Q": 2 * L1}]).rows) == 1
+
+
 def _sum(letter: str, count: int) -> sp.Expr:
     return sp.Add(*sp.symbols(f"{letter}:{count}", real=True))
 

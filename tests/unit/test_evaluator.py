@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import pickle
 import shutil
 import subprocess
 import sys
@@ -122,6 +123,9 @@ def test_a_package_for_casadi_alone_does_not_describe_c():
 
 def test_a_spawned_process_takes_an_evaluator():
     evaluator = loaded("planar2r", "c")
+    for backend in BACKENDS:
+        again = pickle.loads(pickle.dumps(loaded("planar2r", backend)))
+        assert (again.backend, again.model) == (backend, evaluator.model)
     q, qd = [0.1, 0.2], [1.0, -1.0]
     spawned = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
     with spawned as executor:

@@ -84,6 +84,9 @@ def test_a_column_that_another_takes_the_name_of_is_ignored(tmp_path):
     log = read_log(path, reading=Reading(columns={"q1": "better"}))
     np.testing.assert_array_equal(log.q, np.column_stack([2 * Q[:, 0], Q[:, 1]]))
     assert log.ignored == ("q1",)
+    np.savez(tmp_path / "a.npz", time=T, angle=Q, qd=QD, tau=TAU)
+    reading = Reading(columns={"t": "time", "q": "angle"})
+    assert_holds(read_log(tmp_path / "a.npz", reading=reading))
 
 
 def test_blanks_in_the_header_a_byte_order_mark_and_blank_lines_are_tolerated(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import random
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import pytest
 
 import symgen
 from symgen.codegen import panels as panelling
+from symgen.codegen.verification import physical_parameters
 from symgen.runtime import evaluator as evaluators
 from symgen.runtime.build import find_compiler
 from symgen.runtime.panels import Panels
@@ -77,10 +79,6 @@ def points(name: str, kernel: str, count: int) -> list[np.ndarray]:
     model = loaded(name).model
     X = draw.uniform(0.5, 1.0, len(model.base.parameters))
     if loaded(name)[kernel].kernel.guards:
-        import random
-
-        from symgen.codegen.verification import physical_parameters
-
         X = np.array(physical_parameters(model, random.Random(1)))
     inputs = loaded(name)[kernel].kernel.tape.inputs
     return [X if n == "X" else draw.uniform(-3, 3, (count, len(s))) for n, s in inputs]

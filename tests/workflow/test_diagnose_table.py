@@ -182,8 +182,6 @@ def test_a_declared_share_of_the_load_leaves_no_fault_of_the_recorder_in(fault: 
 
 def test_the_extended_robot_computes_what_the_diagnosis_says(tmp_path: Path) -> None:
     """The compiled code of the robot with an effect without a name gives its torque."""
-    import numpy as np
-
     found = diagnosed("bump", tmp_path)
     values = {p.name: p.value for p in found.effects[0].parameters}
     again = symgen.parse_robot(symgen.robot_toml(found.extended))

@@ -294,6 +294,7 @@ def test_runs_that_are_good_for_torque_and_poor_for_energy_are_said_to_be() -> N
     ("options", "words"),
     [
         ({"duration": 0.2}, ["run of 0.2 s", "0.25 s"]),
+        ({"terms": 2}, ["2 terms", "3 or more"]),
         ({"position": None}, ["positions are not limited", "[limits]"]),
         ({"velocity": None}, ["speeds are not limited"]),
         ({"velocity": [1.0]}, ["velocity has 1 entries"]),

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from support_commands import LOADED, PARAMETERS
 
+import symgen
 from symgen.cli import cli
 
 #: Every command that takes parameters, with its other arguments. All but excite, which searches by
@@ -35,8 +36,6 @@ def test_every_command_that_takes_parameters_is_asked() -> None:
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """An estimate from a log at 200 Hz, and logs at 250 Hz, which another band suits."""
-    import symgen
-
     folder = tmp_path_factory.mktemp("recorded")
     (folder / "p.toml").write_text(PARAMETERS)
     (folder / "loaded.toml").write_text(LOADED)
@@ -69,8 +68,6 @@ def test_a_folder_and_its_estimate_are_one(name, recorded, tmp_path, command, mo
 
 
 def test_all_missing_parameters_are_named_at_once(tmp_path, command) -> None:
-    import symgen
-
     model = symgen.derive(symgen.read_robot("puma560"))
     lacking = ("XY2", "XZ3", "MY3", "IA4", "FS6")
     given = [p.name for p in model.base.standard if p.name not in lacking]

@@ -82,6 +82,12 @@ def test_the_recursive_method_is_the_batch_where_nothing_is_forgotten(model: str
     np.testing.assert_allclose(*stds, rtol=1e-8)
 
 
+def test_an_identifier_takes_a_log_at_once() -> None:
+    log, identifier = _motion(0.005, 6.0), symgen.Identifier(symgen.load("planar2r"), window=40)
+    identifier.run(log.t, log.q, log.qd, log.tau)
+    assert np.abs(identifier.read()[0] / X - 1).max() < 1e-4
+
+
 def test_what_an_identifier_cannot_do_is_said() -> None:
     evaluator = symgen.load("planar2r")
     with pytest.raises(symgen.IdentificationError, match="accepted: energy, momentum"):
