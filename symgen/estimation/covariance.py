@@ -18,6 +18,8 @@ from symgen.estimation.summary import Summary, nonzero_columns
 from symgen.estimation.system import Equations
 from symgen.estimation.values import FloatArray
 
+_SMALLEST = 1e-30  # variance, relative to the wanted one, that counts as zero
+
 
 def scores(e: Equations, X: FloatArray, weight: float = 1.0) -> FloatArray:
     """Return the scores w^2 (y - W X) W, (K, p), of rows with one weight w."""
@@ -97,7 +99,7 @@ def sandwich(bread: FloatArray, meat: FloatArray, parts: Sequence[Summary]) -> F
 
 def widened(covariance: FloatArray, least: FloatArray) -> FloatArray:
     """Return a covariance with standard deviations at least those of `least`, (p, p) both."""
-    variances = np.maximum(np.diag(covariance), 1e-300)
     smallest = np.maximum(np.diag(least), 1e-300)
+    variances = np.maximum(np.diag(covariance), _SMALLEST * smallest)
     wider = np.sqrt(np.maximum(smallest / variances, 1.0))
     return np.asarray(covariance * np.outer(wider, wider))

@@ -172,8 +172,8 @@ def _weigh(result: SearchResult, items: Sequence[Judged], matters: float) -> lis
 def rising(before: Residual, after: Residual, robot: Robot, matters: float) -> str:
     """Return which torque error on the validation data gets worse, or "".
 
-    The error of a joint may rise by `RISE` times the largest fall of one, and the error of all
-    joints by `RISE` times what matters.
+    The error of all joints may rise by `RISE` times what matters, and the error of a joint by as
+    much, or by `RISE` times the largest fall of one.
 
     Args:
         before, after: torque errors without some hypotheses, and with them.
@@ -182,8 +182,8 @@ def rising(before: Residual, after: Residual, robot: Robot, matters: float) -> s
     """
     was, now = np.array(before.per_joint), np.array(after.per_joint)
     k = int(np.argmax(now - was))
-    fall = max(float(np.max(was - now)), 0.0)
-    if now[k] > was[k] + RISE * fall + ROUNDING:
+    fall = max(float(np.max(was - now)), matters)
+    if now[k] > was[k] + RISE * fall:
         where, low, high = f" of {robot.listed([k])}", was[k], now[k]
     elif after.relative > before.relative + RISE * matters:
         where, low, high = "", before.relative, after.relative

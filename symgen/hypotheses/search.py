@@ -438,7 +438,9 @@ def _refined(stage: Stage, new: Score) -> Score:
 
 
 def _odds(s: Judged) -> float:
-    return round(s.odds, DIGITS)
+    """Return the odds by which hypotheses are ordered; an unnamed effect has to win for certain."""
+    behind = SURE if s.cause.name == UNNAMED else 0.0
+    return round(s.odds - behind, DIGITS)
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:
