@@ -438,9 +438,7 @@ def _refined(stage: Stage, new: Score) -> Score:
 
 
 def _odds(s: Judged) -> float:
-    """Return the odds by which hypotheses are ordered; an unnamed effect has to win for certain."""
-    behind = SURE if s.cause.name == UNNAMED else 0.0
-    return round(s.odds - behind, DIGITS)
+    return round(s.odds, DIGITS)
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:

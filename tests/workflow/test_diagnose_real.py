@@ -116,6 +116,20 @@ def test_emps_shows_friction_that_turns_round_and_is_left_below_the_published_mo
     assert answer.after.total < published
 
 
+@pytest.mark.parametrize("term", ["viscous", pytest.param("coulomb", marks=pytest.mark.slow)])
+def test_a_friction_law_that_emps_lacks_is_named_before_an_unnamed_torque(term: str) -> None:
+    """On this path, cos(q)*qd explains as much as viscous friction."""
+    folder = data_folder() / "emps"
+    whole = symgen.read_robot(folder / "robot.toml")
+    (joint,) = whole.joints
+    left = replace(joint, friction=tuple(law for law in joint.friction if law != term))
+    robot = replace(whole, joints=(left,))
+    answer = diagnose(robot, folder / "train.csv", validation=folder / "test.csv")
+    first = answer.effects[0]
+    assert (first.name, first.joints, first.adopted) == (f"{term}_friction", (1,), True)
+    assert answer.extended == whole
+
+
 @pytest.mark.slow
 def test_the_pulses_of_emps_are_no_contact() -> None:
     folder = data_folder() / "emps"
