@@ -31,7 +31,7 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.symbolic.variation import link_values, variation
 
-_BLOCK = 20_000  # samples of a log in one batch of columns for another gravity
+_BLOCK = 160  # nodes of a log in one batch of columns of all links: more do not fit into a cache
 
 
 @dataclass(frozen=True, eq=False)
