@@ -32,7 +32,7 @@ from symgen.symbolic.sampling import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]
-_BATCH = 16  # candidates whose columns pass the filter in one call
+_BATCH = 48  # candidates whose columns pass the filter in one call
 #: Smallest searched pitch of a rack or screw, m, if the search stays within this multiple.
 _PITCH, _MOST = 0.01, 10
 _PINION = 0.05  # m, radius of a pinion: converts its play in rad to the play of the rack
