@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -45,7 +45,8 @@ _PIECE, _LONGER = 10.0, 60.0
 _ROUNDS = 3  # of Newton's method for the size of a gear ratio
 #: Tolerance of the logarithm of a delay, and half the span of its second difference.
 _EXACT, _APART = 1e-3, 0.05
-_TURNS = 8  # of gravity by the Gauss-Newton method
+_TURNS = 8  # most, of gravity by the Gauss-Newton method
+_ROUNDED = 1e-5  # m/s2, last digit of gravity
 
 
 def torque_trials(stage: Stage) -> Iterator[Changed]:
@@ -53,7 +54,8 @@ def torque_trials(stage: Stage) -> Iterator[Changed]:
 
     Wrong signs of joints on which friction would drive come first: nothing else explains that.
     """
-    problem, rows, torque = stage.problem, stage.problem.base, cache(stage.problem.torque)
+    problem, rows = stage.problem, stage.problem.base
+    torque = partial(_torque, problem)
     links = slice(problem.evaluator.model.inertial)
     speed = np.concatenate([log.qd[log.kept] for log in problem.logs])
     lost = rows.weight * (rows.y - rows.W[..., links] @ rows.X[links])
@@ -62,6 +64,12 @@ def torque_trials(stage: Stage) -> Iterator[Changed]:
         trial = _torque_trial(stage, grid, torque)
         signs = trial.definition.name == "wrong_sign" and (work[list(trial.joints)] < 0).all()
         yield replace(trial, odds=math.inf) if signs and trial.odds > 0 else trial
+
+
+@lru_cache(maxsize=64)
+def _torque(problem: Problem, earlier: float) -> FloatArray:
+    """Return `problem.torque`, which every step of a search asks for."""
+    return problem.torque(earlier)
 
 
 def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
@@ -129,8 +137,11 @@ def exact_gravity(stage: Stage, gravity: FloatArray) -> Change:
         fields = -np.cross(np.eye(3), gravity)  # d gravity/d angle about each axis
         free = rows.orthogonal_part(rows.whitened(np.tensordot(pulls, fields, (0, 1))))
         inverse = np.linalg.pinv(free.T @ free, SINGULAR)
-        gravity = gravity + inverse @ (free.T @ rows.whitened_residual.ravel()) @ fields
+        before, turn = gravity, inverse @ (free.T @ rows.whitened_residual.ravel())
+        gravity = gravity + turn @ fields
         gravity = gravity * (size / np.linalg.norm(gravity))
+        if np.abs(gravity - before).max() < _ROUNDED:
+            break
     std = np.sqrt(TEMPERATURE * np.diag(fields.T @ inverse @ fields))
     hidden = np.linalg.norm(fields.T @ (np.eye(3) - inverse @ (free.T @ free)), axis=1)
     std[hidden > np.sqrt(SINGULAR) * size] = np.nan  # torque does not depend on this component
