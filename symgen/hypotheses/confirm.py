@@ -126,9 +126,9 @@ def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ..
     Returns:
         The effects, and the columns of candidates for the model with these effects.
     """
-    effects = following(problem, effects)
-    log_columns = problem.stage(effects).log_columns
-    return tuple(settled_constants(problem, effects, log_columns)), log_columns
+    stage = following(problem, effects)
+    accepted = settled_constants(problem, stage.effects, stage.log_columns)
+    return tuple(accepted), stage.log_columns
 
 
 def _weigh(result: SearchResult, items: Sequence[Judged], matters: float) -> list[Weighed]:

@@ -10,7 +10,7 @@ import numpy as np
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.judged import Judged
-from symgen.hypotheses.problem import Problem
+from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.registry import SearchResult
 from symgen.hypotheses.score import TINY, dense
 
@@ -31,9 +31,9 @@ def held_squares(result: SearchResult, items: Sequence[Judged]) -> tuple[FloatAr
         items: the hypotheses of it with which the model is fitted to the training logs.
     """
     part = result.with_items(items)
-    problem, effects = part.problem, following(part.problem, part.effects)
-    stage, held = problem.stage(effects), problem.held_rows
-    columns = problem.make_columns(held.logs, stage.X).each(s.cause for s in effects)
+    problem, held = part.problem, part.problem.held_rows
+    stage = following(problem, part.effects)
+    columns = problem.make_columns(held.logs, stage.X).each(s.cause for s in stage.effects)
     more = [dense(c, held.y.shape) for c in columns]
     W = np.concatenate([held.W, *more], axis=2)
     weight = held.weight**2
@@ -59,20 +59,21 @@ def in_one_log(result: SearchResult) -> SearchResult:
     return result.with_items(items)
 
 
-def following(problem: Problem, effects: Sequence[Score]) -> Sequence[Score]:
-    """Iterate the columns that contain the model's torque, which the effects change.
+def following(problem: Problem, effects: Sequence[Score]) -> Stage:
+    """Return the stage whose columns contain the model's torque, which the effects change.
 
     With a gain g, each round has -g times the error of the round before. The mean of two rounds is
     therefore nearer to the solution.
     """
-    X = problem.stage(effects).X
+    stage = problem.stage(effects)
+    X = stage.X
     for _ in range(_ROUNDS if any(s.cause.uses_model for s in effects) else 0):
         columns_of = problem.make_columns(problem.logs, X)
         effects = [
             replace(s, columns=columns_of(s.cause)) if s.cause.uses_model else s for s in effects
         ]
-        next_X = problem.stage(effects).X
-        if np.linalg.norm(next_X - X) < _SETTLED * np.linalg.norm(X):
+        stage = problem.stage(effects)
+        if np.linalg.norm(stage.X - X) < _SETTLED * np.linalg.norm(X):
             break
-        X = (X + next_X) / 2
-    return effects
+        X = (X + stage.X) / 2
+    return stage
