@@ -35,7 +35,6 @@ from symgen.hypotheses.changes import (
 )
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.problem import Problem, Stage
-from symgen.hypotheses.rows import fitted
 from symgen.hypotheses.score import DIGITS, ScoreFit, worth_and_gain
 from symgen.policy import SURE, TEMPERATURE
 from symgen.symbolic.variation import variation
@@ -165,9 +164,8 @@ def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
     scale = np.ones(alone.problem.base.n)
     scale[list(change.joints)] = change.scale
     problem = alone.problem
-    if [*change.factors] == ["tau"]:  # the regressor stays
-        rows = replace(problem.base, y=change.torque(problem.torque))
-        problem = replace(problem, base=fitted(problem.logs, rows))
+    if [*change.factors] == ["tau"]:  # another unit: the regressor stays
+        problem = replace(problem, base=problem.base.with_torque(1 / scale))
     else:
         problem = problem.tried(change)
     changed = problem.stage().score
