@@ -192,17 +192,9 @@ def shortest(rows: FloatArray) -> FloatArray:
         return np.zeros(0)
     scale = column_norms(factor[:, :p])
     R, y = factor[:p, :p] / scale, factor[:p, p]
-    if len(R) == p and _is_regular(R):
-        return np.linalg.solve(R, y) / scale
+    if len(R) == p and np.linalg.cond(R, "fro") * _SHORTEST < 1:  # no singular value is zero
+        return np.asarray(np.linalg.solve(R, y) / scale)
     return np.linalg.lstsq(R, y, rcond=_SHORTEST)[0] / scale
-
-
-def _is_regular(R: FloatArray) -> bool:
-    """Whether no singular value of a triangle (p, p) counts as zero, by the norm of its inverse."""
-    if not np.diag(R).all():
-        return False
-    bound = np.linalg.norm(R) * np.linalg.norm(np.linalg.inv(R))
-    return bool(bound * _SHORTEST < 1)
 
 
 def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:

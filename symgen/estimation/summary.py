@@ -70,6 +70,12 @@ class Summary:
         """Sum of the squares of y."""
         return float(np.sum(self.factor[:, -1] ** 2))
 
+    def of_scaled(self, scale: float) -> Summary:
+        """Return the summary of the equations for another unit of y."""
+        factor = self.factor.copy()
+        factor[:, -1] *= scale
+        return replace(self, factor=factor)
+
     def rss(self, X: FloatArray) -> float:
         """Return the sum of the squares of y - W X."""
         W, y = self.factor[:, :-1], self.factor[:, -1]

@@ -115,11 +115,8 @@ class FittedRows(Rows):
 
     def with_torque(self, factors: FloatArray) -> FittedRows:
         """Return the fit to torques that are multiplied by factors, (n,)."""
-        rows, joints = replace(self, y=self.y * factors), []
-        for s, factor in zip(self.joints, factors, strict=True):
-            W, y = np.hsplit(s.factor, [-1])
-            joints.append(replace(s, factor=np.hstack([W, factor * y])))
-        return _whitened(self.logs, rows, joints)
+        joints = [*map(Summary.of_scaled, self.joints, factors)]
+        return _whitened(self.logs, replace(self, y=self.y * factors), joints)
 
     def with_columns(self, columns: Iterable[Columns]) -> FittedRows:
         """Return the rows of the model with more columns."""

@@ -46,6 +46,8 @@ _ROUNDS = 3  # of Newton's method for the size of a gear ratio
 _EXACT, _APART = 1e-3, 0.05
 _TURNS = 8  # most, of gravity by the Gauss-Newton method
 _ROUNDED = 1e-5  # m/s2, last digit of gravity
+#: The torque of a problem at a delay, which every step of a search asks for.
+_torque = lru_cache(maxsize=64)(Problem.torque)
 
 
 def torque_trials(stage: Stage) -> Iterator[Changed]:
@@ -63,12 +65,6 @@ def torque_trials(stage: Stage) -> Iterator[Changed]:
         trial = _torque_trial(stage, grid, torque)
         signs = trial.definition.name == "wrong_sign" and (work[list(trial.joints)] < 0).all()
         yield replace(trial, odds=math.inf) if signs and trial.odds > 0 else trial
-
-
-@lru_cache(maxsize=64)
-def _torque(problem: Problem, earlier: float) -> FloatArray:
-    """Return `problem.torque`, which every step of a search asks for."""
-    return problem.torque(earlier)
 
 
 def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
@@ -136,10 +132,10 @@ def exact_gravity(stage: Stage, gravity: FloatArray) -> Change:
         fields = -np.cross(np.eye(3), gravity)  # d gravity/d angle about each axis
         free = rows.orthogonal_part(rows.whitened(np.tensordot(pulls, fields, (0, 1))))
         inverse = np.linalg.pinv(free.T @ free, SINGULAR)
-        before, turn = gravity, inverse @ (free.T @ rows.whitened_residual.ravel())
-        gravity = gravity + turn @ fields
+        turn = inverse @ (free.T @ rows.whitened_residual.ravel()) @ fields
+        gravity = gravity + turn
         gravity = gravity * (size / np.linalg.norm(gravity))
-        if np.abs(gravity - before).max() < _ROUNDED:
+        if np.abs(turn).max() < _ROUNDED:
             break
     std = np.sqrt(TEMPERATURE * np.diag(fields.T @ inverse @ fields))
     hidden = np.linalg.norm(fields.T @ (np.eye(3) - inverse @ (free.T @ free)), axis=1)
