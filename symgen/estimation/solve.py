@@ -193,7 +193,7 @@ def shortest(rows: FloatArray) -> FloatArray:
     scale = column_norms(factor[:, :p])
     R, y = factor[:p, :p] / scale, factor[:p, p]
     if len(R) == p and np.linalg.cond(R, "fro") * _SHORTEST < 1:  # no singular value is zero
-        return np.asarray(np.linalg.solve(R, y) / scale)
+        return np.linalg.solve(R, y) / scale
     return np.linalg.lstsq(R, y, rcond=_SHORTEST)[0] / scale
 
 
