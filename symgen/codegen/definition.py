@@ -100,8 +100,7 @@ class KernelDefinition:
     Attributes:
         group: its row in the table of documents.
         name: its name in the interface.
-        doc: description. {linear} stands for the end of the parameters with a column, {standard}
-            for the names of the standard parameters.
+        doc: description; see kernels.toml.
         inputs: the input arrays; g only if gravity is an input of the robot.
         outputs: the output arrays.
         tape: derives the program. After the entries of the arrays, its outputs are guards. The last
@@ -120,7 +119,7 @@ class KernelDefinition:
     outputs: tuple[Array, ...]
     tape: Derivation
     exists: Callable[[Subject], bool] | None = None
-    lacks: str = "no friction and no effects"
+    lacks: str = ""
     batch: bool = True
     standard: bool = False
     fixed_base: bool = False
@@ -176,14 +175,14 @@ def of_base(derive: Callable[[Robot, BaseParameters], Tape]) -> Derivation:
     return lambda s, _: derive(s.robot, s.base)
 
 
-def of_plant(derive: Callable[[dynamics.Plant], Any], *, inertial: bool = False) -> Derivation:
+def of_plant(derive: Callable[[dynamics.Plant], Any]) -> Derivation:
     """Return the derivation of a kernel that reads X, or its inertial part."""
 
     def tape(s: Subject, inputs: Sequence[Array]) -> Tape:
         plant = dynamics.plant(s.robot, s.base)
-        states = [a.name for a in inputs if a.name not in ("X", GRAVITY)]
-        entries = _entries(derive(plant), s.robot.numbers)
-        return plant.close(states, entries, inertial)
+        read = {a.name: a.output(s).size for a in inputs if a.name != GRAVITY}
+        count = read.pop("X")
+        return plant.close([*read], _entries(derive(plant), s.robot.numbers), count)
 
     return tape
 

@@ -99,11 +99,10 @@ class Plant:
         return replace(self, way=tuple(s.still() for s in self.way))
 
     def close(
-        self, inputs: Sequence[str], outputs: Sequence[sp.Expr], inertial: bool = False
+        self, inputs: Sequence[str], outputs: Sequence[sp.Expr], count: int | None = None
     ) -> Tape:
-        """Return the tape; X is the last input, or its inertial part if the rest is unused."""
-        X = self.X[: self.base.inertial] if inertial else self.X
-        return self.tape.tape([*arrays(self.robot, *inputs), ("X", X)], outputs)
+        """Return the tape; X is the last input, or its first `count` entries."""
+        return self.tape.tape([*arrays(self.robot, *inputs), ("X", self.X[:count])], outputs)
 
 
 def plant(robot: Robot, base: BaseParameters) -> Plant:
@@ -113,13 +112,17 @@ def plant(robot: Robot, base: BaseParameters) -> Plant:
     return Plant(robot, base, tape, way_of(robot, tape), base_acceleration(robot, tape), X)
 
 
-def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> ByJoint:
-    """Return the torque of every movable joint; without accelerations, C qd + g + friction.
+def inverse_dynamics(p: Plant) -> ByJoint:
+    """Return the torque of every movable joint.
 
     Load effects depend on the rigid-body torque at this motion, rotors included.
     """
-    qdd = joint_map(p.robot, variables(p.robot).qdd) if accelerating else {}
-    return in_all(p, rigid_torques(p, qdd))
+    return in_all(p, rigid_torques(p, joint_map(p.robot, variables(p.robot).qdd)))
+
+
+def bias_torque(p: Plant) -> ByJoint:
+    """Return the torque of every movable joint without accelerations, C qd + g + friction."""
+    return in_all(p, rigid_torques(p, {}))
 
 
 def in_all(p: Plant, rigid: ByJoint) -> ByJoint:

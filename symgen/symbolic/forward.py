@@ -11,8 +11,8 @@ from symgen.symbolic.articulated import linear_solution
 from symgen.symbolic.constraints import ByJoint, Rows, combined
 from symgen.symbolic.dynamics import (
     Plant,
+    bias_torque,
     friction_torques,
-    inverse_dynamics,
     mass_matrix,
     rigid_torques,
     weighted_effects,
@@ -33,7 +33,7 @@ def accelerating_torque(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """
     tape, order, commanded = p.tape, p.numbers, variables(p.robot).tau
     if not p.robot.loaded:
-        bias = inverse_dynamics(p, accelerating=False)
+        bias = bias_torque(p)
         pairs = zip(order, commanded, strict=True)
         return {j: tape.name(f"b{j}", tau - bias[j]) for j, tau in pairs}, []
     rigid, rubbing = rigid_torques(p, {}), friction_torques(p)
