@@ -69,7 +69,7 @@ def untouched(masked: Bools, first: Places, last: Places) -> Bools:
     """
     none = np.zeros((1, *masked.shape[1:]), dtype=int)
     count = np.concatenate([none, np.cumsum(masked, axis=0)])
-    return np.asarray(count[last + 1] <= count[first])
+    return count[last + 1] <= count[first]
 
 
 def slow_speeds(largest: FloatArray, sigma: Sequence[int]) -> tuple[FloatArray, Bools]:

@@ -423,7 +423,7 @@ def noise_of_differences(x: FloatArray) -> FloatArray:
     """
     size = np.median(np.abs(np.diff(x, 6, axis=0)), axis=0)
     gain = math.sqrt(math.comb(12, 6))
-    return np.asarray(NORMAL * size / gain)
+    return NORMAL * size / gain
 
 
 def white_noise(

@@ -24,7 +24,7 @@ _SMALLEST = 1e-30  # variance, relative to the wanted one, that counts as zero
 def scores(e: Equations, X: FloatArray, weight: float = 1.0) -> FloatArray:
     """Return the scores w^2 (y - W X) W, (K, p), of rows with one weight w."""
     error = weight**2 * e.residual(X)
-    return np.asarray(error[:, None] * e.W)
+    return error[:, None] * e.W
 
 
 def bartlett(scores: FloatArray, lag: int) -> FloatArray:

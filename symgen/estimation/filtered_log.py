@@ -283,7 +283,7 @@ def spans_of(counts: Iterable[int]) -> list[slice]:
 
 def _weighed(x: FloatArray, weight: FloatArray) -> FloatArray:
     """Multiply (k, n, ...) by (k, n)."""
-    return np.asarray((x.T * weight.T).T)
+    return (x.T * weight.T).T
 
 
 def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> FilteredLog:

@@ -209,7 +209,7 @@ def solve_gram(gram: FloatArray) -> FloatArray:
     """Solve least squares from [W y]'[W y]; the shortest solution if it is not unique."""
     root = inverse_root(gram[:-1, :-1], _RANK)
     products = root.T @ gram[:-1, -1]
-    return np.asarray(root @ products)
+    return root @ products
 
 
 def inverse_root(gram: FloatArray, rank: float) -> FloatArray:

@@ -74,7 +74,7 @@ class Equations:
 
     def residual(self, X: FloatArray) -> FloatArray:
         """Return y - W X, (k,)."""
-        return np.asarray(self.y - self.W @ X)
+        return self.y - self.W @ X
 
     def rss(self, X: FloatArray) -> float:
         """Return the sum of the squares of y - W X."""

@@ -223,7 +223,7 @@ class Space:
         """Return q, qd, qdd and jerk, (4, N, n)."""
         out = sampled @ z.T
         out[0] += self._begins(out[0])
-        return np.asarray(out)
+        return out
 
     def trajectory(self, z: FloatArray, sampled: FloatArray) -> Trajectory:
         """Return the run with the coefficients z."""

@@ -58,7 +58,7 @@ class Reference:
         inside = np.clip(t, self.t[0], self.t[-1])
         out = np.stack([curve(inside) for curve in self.curves], axis=1)
         out[inside != t, 1:] = 0.0
-        return np.asarray(out)
+        return out
 
 
 def make_reference(

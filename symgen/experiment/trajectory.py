@@ -88,7 +88,7 @@ class Trajectory:
 
     def at(self, t: FloatArray, order: int = 0) -> FloatArray:
         """Return q, or its derivative of order `order`, at times t in s, (N, n)."""
-        return np.asarray(self.series.matrix(t, order) @ self.coefficients.T)
+        return self.series.matrix(t, order) @ self.coefficients.T
 
     def to_dict(self) -> dict[str, Any]:
         """Return the trajectory as values for JSON."""

@@ -136,7 +136,7 @@ def _drowned(samples: Samples, comparison_hz: float) -> Bools:
     noise = _noise(samples.tau - low, step, band)
     most = 1 + BEYOND / math.sqrt(4 * band * step * len(low))
     drowned = rms(low) <= most * noise
-    return np.asarray(low.any(axis=0) & drowned & ~drowned.all())
+    return low.any(axis=0) & drowned & ~drowned.all()
 
 
 def _silent(c: Channel) -> Symptom | None:

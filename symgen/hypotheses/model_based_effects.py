@@ -175,7 +175,7 @@ def _lengthened(
 def _slope(torque: Callable[[float], FloatArray], step: float = _STEP) -> FloatArray:
     """Return a central difference at 0; it is exact for polynomials of degree two."""
     low, high = torque(-step), torque(step)
-    return np.asarray((high - low) / (2 * step))
+    return (high - low) / (2 * step)
 
 
 def _on_joints(robot: Robot) -> Iterator[Candidate]:

@@ -107,7 +107,7 @@ def _filled(region: NDArray[np.int32]) -> NDArray[np.intp]:
     for r in np.argsort(-sizes, kind="stable"):
         fold_of[r] = int(np.argmin(filled))
         filled[fold_of[r]] += sizes[r]
-    return np.asarray(fold_of[region])
+    return fold_of[region]
 
 
 def _separate(logs: Sequence[FilteredLog], fold: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -267,7 +267,7 @@ class PredictiveScore:
 
     @cached_property
     def _RR(self) -> FloatArray:
-        return np.asarray(self._R.swapaxes(2, 3) @ self._R)
+        return self._R.swapaxes(2, 3) @ self._R
 
     @cached_property
     def _Rr(self) -> FloatArray:
@@ -275,7 +275,7 @@ class PredictiveScore:
 
     def _along(self, r: FloatArray) -> FloatArray:
         """Return the products of the columns with a whitened residual, (n, folds, p)."""
-        return np.asarray((self._R.swapaxes(2, 3) @ r[..., None])[..., 0])
+        return (self._R.swapaxes(2, 3) @ r[..., None])[..., 0]
 
     @cached_property
     def _inverse(self) -> FloatArray:
@@ -291,7 +291,7 @@ class PredictiveScore:
             Rr: (n, folds, p) products of the columns with the residual.
         """
         products = _of_others(Rr)[..., None]
-        return np.asarray((self._inverse @ products)[..., 0])
+        return (self._inverse @ products)[..., 0]
 
     @cached_property
     def _base(self) -> FloatArray:
@@ -300,7 +300,7 @@ class PredictiveScore:
     @cached_property
     def counts(self) -> FloatArray:
         """(n, folds) number of rows, from squared weights."""
-        return np.asarray(np.moveaxis(self._folded(self.weight**2).sum(axis=1), 1, 0))
+        return np.moveaxis(self._folded(self.weight**2).sum(axis=1), 1, 0)
 
     def _scored(self, squares: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the score and the variance by joint for held-out squares (..., n, folds)."""
@@ -308,7 +308,7 @@ class PredictiveScore:
         variance = squares / count + self.misfit[:, None] ** 2
         logs = np.log(np.maximum(variance, TINY))
         score = -0.5 / TEMPERATURE * np.sum(self.counts * logs, axis=(-2, -1))
-        return score, np.asarray(squares.sum(axis=-1) / count.sum(axis=1))
+        return score, (squares.sum(axis=-1) / count.sum(axis=1))
 
     def _in_units(self, squares: FloatArray) -> FloatArray:
         """Return whitened squares (..., n, folds) in the unit of the torque squared."""
@@ -326,7 +326,7 @@ class PredictiveScore:
         moved = self._RR @ d  # (n, folds, p, N)
         change = np.sum(d * (moved - 2 * Rr[..., None]), axis=2)
         squares = np.sum(r**2, axis=2)[..., None] + change
-        return np.asarray(np.moveaxis(squares, 2, 0))
+        return np.moveaxis(squares, 2, 0)
 
     def density(self, counts: FloatArray) -> float:
         """Return the score of the model for other counts of rows, (n, folds), with equal variances.

@@ -45,4 +45,4 @@ UNIT = parameters_of(np.eye(4))
 
 def least_eigenvalues(links: FloatArray) -> FloatArray:
     """Return the smallest eigenvalue of the pseudo-inertia of each link (L, 10)."""
-    return np.asarray(np.linalg.eigvalsh(np.tensordot(links, BASIS, 1))[:, 0])
+    return np.linalg.eigvalsh(np.tensordot(links, BASIS, 1))[:, 0]

@@ -131,7 +131,7 @@ def state_columns(
 
 def stacked(columns: Sequence[Any], count: int) -> NDArray[Any]:
     """Return columns, some of them constant, as a matrix with `count` rows."""
-    return np.stack([np.broadcast_to(np.asarray(c), (count,)) for c in columns], axis=1)
+    return np.stack([np.broadcast_to(c, (count,)) for c in columns], axis=1)
 
 
 def _half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
