@@ -10,10 +10,8 @@ from exact linear algebra. Each formula is checked modulo both primes.
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -28,9 +26,8 @@ from symgen.symbolic.elimination import (
     ExactRow,
     NeedsValuesError,
 )
-from symgen.symbolic.energy import energy_tape, stacked, state_columns
+from symgen.symbolic.energy import StateColumns, energy_tape
 from symgen.symbolic.guard import require_floats_agree
-from symgen.symbolic.kinematics import base_inputs, joint_map
 from symgen.symbolic.lifting import lifted
 from symgen.symbolic.modular import (
     BadDrawError,
@@ -236,7 +233,7 @@ def find_base(
         raise SymgenError("the regrouping relations do not match the exact rank")
     for k, sample in enumerate(fields):
         sample.check(problem.names, rows.rows, k)
-    require_floats_agree(robot, energy, problem.state, first.pivots, rows.rows)
+    require_floats_agree(problem.columns, first.pivots, rows.rows)
     proof = Proof(
         rank=len(first.pivots) + problem.path_only,
         primes=tuple(s.field.p for s in fields),
@@ -305,19 +302,18 @@ class _Columns:
     """
 
     def __init__(self, robot: Robot, standard: Sequence[Parameter], energy: Tape) -> None:
-        self.robot, self.energy = robot, energy
-        self.state = [p for p in standard if p.inertial or p.prefix == "OF"]
-        self.names = [p.name for p in self.state]
-        self.path_only = sum(not p.load for p in standard) - len(self.state)
-        turned = [j.theta + j.offset for j in robot.joints if j.turns]
-        self.angles = [a for j in robot.joints for a in (j.gamma, j.alpha, j.theta)] + turned
-        ratios = [c for j in robot.joints for _, c in j.shares if j.turns]
-        self.parts = math.lcm(*(int(c.q) for c in ratios))
+        state = [p for p in standard if p.inertial or p.prefix == "OF"]
+        self.columns = StateColumns(robot, energy, state)
+        self.names = [p.name for p in state]
+        self.path_only = sum(not p.load for p in standard) - len(state)
 
     def fields(self) -> list[_Sample]:
         """Evaluate all columns modulo two primes, each with its own seed."""
-        order = order_needed(self.angles)
-        lengths = [e for j in self.robot.joints for e in (j.b, j.d, j.r)]
+        joints = self.columns.robot.joints
+        turned = [j.theta + j.offset for j in joints if j.turns]
+        angles = [a for j in joints for a in (j.gamma, j.alpha, j.theta)] + turned
+        order = order_needed(angles)
+        lengths = [e for j in joints for e in (j.b, j.d, j.r)]
         geometry = [e for e in lengths if not e.is_Rational]
         out: list[_Sample] = []
         # A square root in the geometry exists only modulo every other prime, or at every other
@@ -326,35 +322,17 @@ class _Columns:
             for attempt in range(_ATTEMPTS):
                 seed = _SEEDS[len(out)] + len(_SEEDS) * attempt
                 try:
-                    field = PrimeField(prime, seed, self.angles, order)
+                    field = PrimeField(prime, seed, angles, order)
                     for length in geometry:  # relations need all lengths, the tape may not
                         field.constant(length)
-                    out.append(_Sample(field, self._differences(field)))
+                    matrix = self.columns.differences(field, len(self.names) + _MARGIN)
+                    out.append(_Sample(field, matrix % field.p))
                     break
                 except BadDrawError:
                     continue
             if len(out) == len(_SEEDS):
                 return out
         raise SymgenError("no prime was found that has all square roots of this geometry")
-
-    def _differences(self, field: PrimeField) -> Residues:
-        count = len(self.names) + _MARGIN
-        state = self._state(field, count)
-        rest = self._state(field, 1) if base_inputs(self.robot) else state
-        for name, symbols in base_inputs(self.robot):
-            state[name] = [field.numbers(count) for _ in symbols]
-        number = joint_map(self.robot, [getattr(q, "number", q) for q in state["q"]])
-        columns = state_columns(self.energy, self.state, field, state, rest, number)
-        h: Residues = stacked(columns, count)
-        return (h[1:] - h[:1]) % field.p
-
-    def _state(self, field: PrimeField, count: int) -> dict[str, list[Any]]:
-        """Draw joint variables and speeds at some points."""
-        q = [
-            field.joint_angle(count, self.parts) if j.turns else field.numbers(count)
-            for j in self.robot.movable
-        ]
-        return {"q": q, "qd": [field.numbers(count) for _ in self.robot.movable]}
 
     def select(self, samples: Sequence[_Sample]) -> _Selection:
         """Keep the first independent columns: links from the base to the tips, then offsets.
@@ -381,7 +359,7 @@ class _Columns:
         if all(guess is not None for guess in guesses):
             values = [-guess for guess in guesses if guess is not None]
         else:
-            values = lifted(self.robot, self.energy, self.state, [column, *residues])
+            values = lifted(self.columns.only([column, *residues]))
             for value, r in zip(values, residues.values(), strict=True):
                 if not value.has(sp.Float) and any(
                     (int(f.constant(value)) + x) % f.p for f, x in zip(fields, r, strict=True)

@@ -12,7 +12,9 @@ u = qd_j + ratio qd_k has u^2/2; a payload has the columns of its link.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,11 +24,19 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.friction import drive_speed
-from symgen.symbolic.kinematics import Way, arrays, builder, joint_map, variables, way_of
+from symgen.symbolic.kinematics import (
+    Way,
+    arrays,
+    base_inputs,
+    builder,
+    joint_map,
+    variables,
+    way_of,
+)
 from symgen.symbolic.motion import AT_REST, LinkState, base_velocity, velocities
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.spatial import UPPER, cross, dot
-from symgen.symbolic.tape import Arithmetic, Tape, TapeBuilder
+from symgen.symbolic.tape import Drawing, Tape, TapeBuilder
 
 _HALF = sp.Rational(1, 2)
 
@@ -100,33 +110,54 @@ def _columns(
     return rows
 
 
-def state_columns(
-    energy: Tape,
-    parameters: Sequence[Parameter],
-    arithmetic: Arithmetic,
-    state: Mapping[str, Sequence[Any]],
-    rest: Mapping[str, Sequence[Any]],
-    position: Mapping[int, Any],
-) -> list[Any]:
-    """Return the columns of parameters that are functions of the state x = (q, qd).
+@dataclass(frozen=True)
+class StateColumns:
+    """The columns of parameters that are functions of the state x = (q, qd).
 
     They are the energies h(x) - h(x0), and q_j for an offset OF_j. If gravity g, or the motion of
     the base, is an input, the energies are h(x, g) - h(x0, g).
 
-    Args:
+    Attributes:
+        robot: the mechanism.
         energy: tape of the inertial parameters among them.
-        parameters: the parameters, in the order of the columns.
-        arithmetic: the number system.
-        state: entries of q and qd, and of the inputs that describe the base.
-        rest: entries of q and qd of x0.
-        position: q_j as plain numbers, by joint.
+        parameters: the parameters, in the order of the columns; inertial ones come first.
     """
-    columns = energy.run(arithmetic, state)
-    if any(name not in rest for name, _ in energy.inputs):
-        there = energy.run(arithmetic, {**state, **rest})
-        columns = [arithmetic.sub(a, b) for a, b in zip(columns, there, strict=True)]
-    energies = iter(columns)
-    return [next(energies) if p.inertial else position[p.joint] for p in parameters]
+
+    robot: Robot
+    energy: Tape
+    parameters: Sequence[Parameter]
+
+    def only(self, places: Sequence[int]) -> StateColumns:
+        """Return the columns of some of the parameters."""
+        kept = [self.parameters[i] for i in places]
+        energy = self.energy.keep([i for i in places if self.parameters[i].inertial])
+        return StateColumns(self.robot, energy, kept)
+
+    def differences(self, arithmetic: Drawing, count: int) -> NDArray[Any]:
+        """Return the columns at random states, minus those at the first one, (count - 1, p)."""
+        state = self._state(arithmetic, count)
+        for name, symbols in base_inputs(self.robot):
+            state[name] = [arithmetic.numbers(count) for _ in symbols]
+        position = joint_map(self.robot, [getattr(q, "number", q) for q in state["q"]])
+        columns = self.energy.run(arithmetic, state)
+        if base_inputs(self.robot):
+            rest = self._state(arithmetic, 1)
+            there = self.energy.run(arithmetic, {**state, **rest})
+            columns = [arithmetic.sub(a, b) for a, b in zip(columns, there, strict=True)]
+        energies = iter(columns)
+        every = [next(energies) if p.inertial else position[p.joint] for p in self.parameters]
+        h = stacked(every, count)
+        return np.asarray(h[1:] - h[:1])
+
+    def _state(self, arithmetic: Drawing, count: int) -> dict[str, list[Any]]:
+        """Draw joint variables and speeds at some points."""
+        ratios = [c for j in self.robot.joints for _, c in j.shares if j.turns]
+        parts = math.lcm(*(int(c.q) for c in ratios))
+        q = [
+            arithmetic.joint_angle(count, parts) if j.turns else arithmetic.numbers(count)
+            for j in self.robot.movable
+        ]
+        return {"q": q, "qd": [arithmetic.numbers(count) for _ in self.robot.movable]}
 
 
 def stacked(columns: Sequence[Any], count: int) -> NDArray[Any]:

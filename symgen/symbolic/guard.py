@@ -12,13 +12,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from symgen.errors import SymgenError
-from symgen.robot.types import Robot
 from symgen.symbolic.elimination import ExactRow
-from symgen.symbolic.energy import stacked, state_columns
-from symgen.symbolic.kinematics import joint_map
-from symgen.symbolic.parameters import Parameter
-from symgen.symbolic.sampling import FUNCTIONS, random_inputs
-from symgen.symbolic.tape import Numbers, Tape
+from symgen.symbolic.energy import StateColumns
+from symgen.symbolic.sampling import FUNCTIONS
+from symgen.symbolic.tape import DrawnNumbers
 
 _MARGIN = 10
 #: Singular values of the scaled kept columns below this count as dependent in floats. It is far
@@ -28,29 +25,18 @@ _ERROR = 1e-6
 
 
 def require_floats_agree(
-    robot: Robot,
-    energy: Tape,
-    parameters: Sequence[Parameter],
-    kept: Sequence[int],
-    rows: Mapping[str, ExactRow],
+    columns: StateColumns, kept: Sequence[int], rows: Mapping[str, ExactRow]
 ) -> None:
     """Raise SymgenError if double precision contradicts the exact base parameters.
 
     Args:
-        robot: the mechanism, with the file's values.
-        energy: tape of the energy columns.
-        parameters: parameters with a column of the state.
+        columns: the columns that are functions of the state.
         kept: positions of the base parameters among them.
         rows: the relations of the other parameters.
     """
-    values = robot.values()
-    count = len(parameters) + _MARGIN
-    state = random_inputs(robot, count, len(parameters))
-    rest = {key: [x[:1] for x in state[key]] for key in ("q", "qd")}
-    arithmetic, positions = Numbers(values, FUNCTIONS), joint_map(robot, state["q"])
-    out = state_columns(energy, parameters, arithmetic, state, rest, positions)
-    W = stacked(out, count).astype(float)
-    W = W[1:] - W[0]
+    values, parameters = columns.robot.values(), columns.parameters
+    arithmetic = DrawnNumbers(values, FUNCTIONS)
+    W = columns.differences(arithmetic, len(parameters) + _MARGIN).astype(float)
     place = {p.name: i for i, p in enumerate(parameters)}
     relations = np.zeros((len(rows), len(parameters)))
     for k, row in enumerate(rows.values()):

@@ -26,7 +26,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from symgen.errors import SymgenError
-from symgen.symbolic.tape import Arithmetic
+from symgen.symbolic.tape import Drawing
 
 Residues = NDArray[np.int64]
 _BITS = 31  # products of two residues fit in 64 bits
@@ -45,19 +45,19 @@ class _Constant(int):
 
 @dataclass(frozen=True, eq=False)
 class JointAngle:
-    """Random values of a revolute joint variable: numbers, and the units e^(iq).
+    """Random values of a revolute joint variable: numbers, and the units e^(iq) or None.
 
     `root` is e^(iq/parts). Fractions of the angle are powers of it; other multiples have a number
     only.
     """
 
-    number: Residues
-    unit: Residues | None
+    number: NDArray[Any]
+    unit: Any
     root: Residues | None = None
     parts: int = 1
 
 
-class PrimeField(Arithmetic):
+class PrimeField(Drawing):
     """Integers modulo p, with a fixed random value for every geometric symbol and angle.
 
     Args:
@@ -136,7 +136,6 @@ class PrimeField(Arithmetic):
         raise SymgenError(f"{name} has no exact value modulo a prime")
 
     def joint_angle(self, count: int, parts: int) -> JointAngle:
-        """Draw `count` random values of a revolute joint variable, with its 1/parts."""
         number, root = self.numbers(count), self.numbers(count)
         return JointAngle(number, self._power(root, parts), root, parts)
 

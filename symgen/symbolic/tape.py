@@ -14,7 +14,9 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial, reduce
 from typing import Any
 
+import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from symgen.errors import SymgenError
 
@@ -56,6 +58,18 @@ class Arithmetic(ABC):
     @abstractmethod
     def function(self, name: str, argument: Any) -> Any:
         """Return sin, cos, abs, sign, tanh or the inverse of a number."""
+
+
+class Drawing(Arithmetic):
+    """Arithmetic that draws random states."""
+
+    @abstractmethod
+    def numbers(self, count: int) -> NDArray[Any]:
+        """Draw some numbers."""
+
+    def joint_angle(self, count: int, parts: int) -> Any:  # noqa: ARG002
+        """Draw some values of a revolute joint variable, with its 1/parts."""
+        return self.numbers(count)
 
 
 @dataclass(frozen=True)
@@ -382,3 +396,15 @@ class Numbers(Arithmetic):
 
     def function(self, name: str, argument: Any) -> Any:
         return 1 / argument if name == "inverse" else self.functions[name](argument)
+
+
+class DrawnNumbers(Numbers, Drawing):
+    """Numbers with random states of moderate size."""
+
+    @cached_property
+    def _draw(self) -> np.random.Generator:
+        return np.random.default_rng(0)
+
+    def numbers(self, count: int) -> NDArray[Any]:
+        values = self._draw.uniform(-3, 3, count)
+        return np.array([self.number(x) for x in values])

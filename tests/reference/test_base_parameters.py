@@ -34,6 +34,36 @@ def test_canonical_model_of_the_paper() -> None:
     ]
 
 
+TURNED_SLIDE = """
+[robot]
+name = "turned_slide"
+gravity = [0, 0, -9.81]
+[geometry]
+L1 = 0.5
+L3 = 0.2
+[[joint]]
+alpha = "-pi/2"
+d = "L1"
+r = "L3"
+theta = "pi/6"
+[[joint]]
+sigma = 1
+d = "-L1"
+r = "L1"
+theta = "pi/6"
+friction = ["coulomb", "viscous", "offset"]
+"""
+
+
+def test_formulas_with_roots_have_no_root_in_a_denominator() -> None:
+    model = symgen.derive(symgen.parse_robot(TURNED_SLIDE))
+    assert [p.expression for p in model.base.parameters[:3]] == [
+        "ZZ1 + IA1 + ZZ2 - L1*sqrt(3)*MX2 + L1*MY2 - L1**2*IA2",
+        "MX1 + 0.5*sqrt(3)*MX2 - 0.5*MY2 + L1*IA2",
+        "MY1 + 0.5*MX2 + 0.5*sqrt(3)*MY2",
+    ]
+
+
 # Published: Khalil and Dombre, Modeling, Identification and Control of Robots, ch. 9, the RX 90,
 # in their frames, which are those of the library; each formula is a list of its terms.
 RX90 = {
