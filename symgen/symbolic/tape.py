@@ -130,11 +130,6 @@ class Tape:
         constants = tuple((s, e) for s, e in self.constants if s in needed)
         return Tape(self.inputs, constants, tuple(reversed(steps)), outputs)
 
-    @cached_property
-    def program(self) -> tuple[tuple[str, int, Any, Any], ...]:
-        """The tape as binary operations on numbered registers: (operation, target, a, b)."""
-        return _Compiler(self).code()
-
     def run(self, arithmetic: Arithmetic, inputs: Mapping[str, Sequence[Any]]) -> list[Any]:
         """Evaluate the outputs in some arithmetic.
 
@@ -142,30 +137,33 @@ class Tape:
             arithmetic: the number system.
             inputs: the entries of every input array; each is a number or an array of samples.
         """
-        register: list[Any] = [None] * (2 * len(self.program) + len(self.order) + 1)
+        known: dict[sp.Symbol, Any] = {}
+
+        def value(expr: sp.Expr) -> Any:
+            if expr.is_Symbol:
+                return known[expr]
+            if expr.is_number:
+                return arithmetic.constant(expr)
+            if expr.is_Pow and expr.exp == -1:
+                return arithmetic.function("inverse", value(expr.base))
+            if expr.is_Function:
+                return arithmetic.function(expr.func.__name__.lower(), value(expr.args[0]))
+            total: Any = None
+            for negative, factors in self.terms(expr):
+                product = reduce(arithmetic.mul, map(value, factors))
+                if total is None:
+                    total = arithmetic.neg(product) if negative else product
+                else:
+                    total = (arithmetic.sub if negative else arithmetic.add)(total, product)
+            return total
+
         for name, symbols in self.inputs:
-            for symbol, value in zip(symbols, inputs[name], strict=True):
-                register[self.order[symbol]] = value
+            known |= zip(symbols, inputs[name], strict=True)
         for symbol, expr in self.constants:
-            register[self.order[symbol]] = arithmetic.constant(expr)
-        out = []
-        binary = {"mul": arithmetic.mul, "add": arithmetic.add, "sub": arithmetic.sub}
-        for operation, target, a, b in self.program:
-            if operation in binary:
-                value = binary[operation](register[a], register[b])
-            elif operation == "number":
-                value = arithmetic.constant(a)
-            elif operation == "neg":
-                value = arithmetic.neg(register[a])
-            elif operation in ("out", "copy"):
-                value = register[a]
-            else:
-                value = arithmetic.function(operation, register[a])
-            if operation == "out":
-                out.append(value)
-            else:
-                register[target] = value
-        return out
+            known[symbol] = arithmetic.constant(expr)
+        for symbol, expr in self.steps:
+            known[symbol] = value(expr)
+        return [value(expr) for expr in self.outputs]
 
     @cached_property
     def operations(self) -> Operations:
@@ -232,50 +230,6 @@ def _repeated(product: sp.Expr) -> list[sp.Expr]:
         else:
             factors += [f.base] * int(f.exp) if f.is_Pow else [f]
     return factors
-
-
-class _Compiler:
-    def __init__(self, tape: Tape) -> None:
-        self.tape = tape
-        self.instructions: list[tuple[str, int, Any, Any]] = []
-        self.next = len(tape.order)
-
-    def code(self) -> tuple[tuple[str, int, Any, Any], ...]:
-        for symbol, expr in self.tape.steps:
-            if expr.is_Symbol:
-                self.put("copy", self.emit(expr))
-            else:
-                self.emit(expr)
-            operation, _, a, b = self.instructions.pop()
-            self.instructions.append((operation, self.tape.order[symbol], a, b))
-        for expr in self.tape.outputs:
-            self.instructions.append(("out", -1, self.emit(expr), None))
-        return tuple(self.instructions)
-
-    def put(self, operation: str, a: Any, b: Any = None) -> int:
-        target, self.next = self.next, self.next + 1
-        self.instructions.append((operation, target, a, b))
-        return target
-
-    def emit(self, expr: sp.Expr) -> int:
-        """Append the instructions of `expr`; return the register that holds its value."""
-        if expr.is_Symbol:
-            return self.tape.order[expr]
-        if expr.is_number:
-            return self.put("number", expr)
-        if expr.is_Pow and expr.exp == -1:
-            return self.put("inverse", self.emit(expr.base))
-        if expr.is_Function:
-            return self.put(expr.func.__name__.lower(), self.emit(expr.args[0]))
-        value: int | None = None
-        for negative, factors in self.tape.terms(expr):
-            product = reduce(lambda a, b: self.put("mul", a, b), map(self.emit, factors))
-            if value is not None:
-                value = self.put("sub" if negative else "add", value, product)
-            else:
-                value = self.put("neg", product) if negative else product
-        assert value is not None
-        return value
 
 
 class TapeBuilder:
