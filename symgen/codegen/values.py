@@ -113,7 +113,8 @@ def values_header_text(
 
 def named_values(
     X: Sequence[float],
-    values: Mapping[str, tuple[float, float | None]],
+    values: Mapping[str, float],
+    deviations: Mapping[str, float | None],
     base: BaseParameters,
     facts: Sequence[str],
 ) -> Values:
@@ -121,17 +122,18 @@ def named_values(
 
     Args:
         X: base parameters (p,), regrouped from the table.
-        values: name -> value and standard deviation, of base or standard parameters.
+        values: values of base or standard parameters by name.
+        deviations: their standard deviations by name, if known.
         base: the base parameters of the model.
         facts: the origin of the table, for the header, one line each.
     """
-    std = [values.get(name, (0.0, None))[1] for name in base.names]
+    std = map(deviations.get, base.names)
     names = [p.name for p in base.standard]
     known = all(name in values for name in names)
     return Values(
         tuple(map(float, X)),
         tuple(None if s is None or not math.isfinite(s) else float(s) for s in std),
-        tuple(float(values[name][0]) for name in names) if known else (),
+        tuple(float(values[name]) for name in names) if known else (),
         tuple(facts),
     )
 

@@ -42,7 +42,6 @@ class KnownParameters:
     Attributes:
         file: file of the parameters.
         X: (p,) base parameters.
-        named: value and standard deviation (or None) of each parameter in that file, by name.
         estimate: estimate in that file; None for TOML and robot files.
         band: filters of the run that estimated the parameters; None if the file has none.
         shifts: shifts of the torques of all logs in that run.
@@ -50,9 +49,8 @@ class KnownParameters:
 
     file: Path
     X: FloatArray
-    named: Mapping[str, tuple[Any, Any]]
-    estimate: Estimate | None
-    band: Band | None
+    estimate: Estimate | None = None
+    band: Band | None = None
     shifts: tuple[Fault, ...] = ()
 
 
@@ -66,15 +64,16 @@ def read_known(path: str | Path, model: Model) -> KnownParameters:
     Raises:
         ParameterError: as `read_parameters`, or the estimate is damaged.
     """
-    named = read_named(Path(path), model)
-    X, file = _base(named, model, path), parameters_file(path)
+    X, file = read_parameters(path, model), parameters_file(path)
     if file.suffix == ".json":
         estimate = read_estimate(file)
-        return KnownParameters(file, X, named, estimate, estimate.band, estimate.shifts)
+        return KnownParameters(file, X, estimate, estimate.band, estimate.shifts)
     if file.suffix != ".toml":
-        return KnownParameters(file, X, named, None, None)
+        return KnownParameters(file, X)
     content = load_toml(file.read_text(encoding="utf-8-sig"))
-    return KnownParameters(file, X, named, None, _band(content, file), _shifts(content, file))
+    band = content.get("band")
+    filters = from_json(Band, band, file) if isinstance(band, dict) else None
+    return KnownParameters(file, X, None, filters, _shifts(content, file))
 
 
 def parameters_file(path: str | Path) -> Path:
@@ -82,16 +81,6 @@ def parameters_file(path: str | Path) -> Path:
     file = result_file(path, MARKER)
     diagnosed = file.with_name(PARAMETERS)
     return diagnosed if Path(path).is_dir() and not file.exists() and diagnosed.exists() else file
-
-
-def _band(content: Mapping[str, Any], file: Path) -> Band | None:
-    """Return the table [band] of a TOML file that `diagnose` wrote; None without one.
-
-    Raises:
-        ParameterError: the table is damaged.
-    """
-    band = content.get("band")
-    return from_json(Band, band, file) if isinstance(band, dict) else None
 
 
 def _shifts(content: Mapping[str, Any], file: Path) -> tuple[Fault, ...]:
@@ -128,11 +117,8 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
         ParameterError: symgen cannot read the file, or a parameter is unknown, missing or not a
             number.
     """
-    return _base(read_named(Path(path), model), model, path)
-
-
-def _base(named: Mapping[str, tuple[Any, Any]], model: Model, path: str | Path) -> FloatArray:
-    return base_values({name: value for name, (value, _) in named.items()}, model, str(path))
+    values, _ = read_named(Path(path), model)
+    return base_values(values, model, str(path))
 
 
 def read_values(path: str | Path, model: Model) -> Values:
@@ -145,10 +131,10 @@ def read_values(path: str | Path, model: Model) -> Values:
     Raises:
         ParameterError: as `read_known` and `estimate_facts`.
     """
-    known = read_known(path, model)
+    known, named = read_known(path, model), read_named(Path(path), model)
     source = (f"From {Path(path).name}.",)
     facts = source if known.estimate is None else estimate_facts(known.estimate)
-    return named_values(known.X.tolist(), known.named, model.base, facts)
+    return named_values(known.X.tolist(), *named, model.base, facts)
 
 
 def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
@@ -174,14 +160,14 @@ def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
     )
 
 
-def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
-    """Return value and standard deviation (or None) of each parameter in a file.
+def read_named(path: Path, model: Model) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the values of the parameters in a file by name, and their standard deviations.
 
     Raises:
         ParameterError: symgen cannot read the file, or it is of another robot.
     """
     if path.suffix.lower() in FORMATS:
-        return {name: (value, None) for name, value in cad_parameters(path, model).items()}
+        return cad_parameters(path, model), {}
     path = parameters_file(path)
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -195,7 +181,7 @@ def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
     if path.suffix != ".json":
         if not isinstance(table, dict):
             raise ParameterError(f"{path}: the table [parameters] is missing")
-        return {name: (value, None) for name, value in table.items()}
+        return table, {}
     if not isinstance(table, list) or content.get("schema") not in READ:
         raise ParameterError(f"{path}: not an estimate; accepted: schema {READ[0]}")
     if not all(isinstance(p, dict) and {"name", "value"} <= set(p) for p in table):
@@ -205,7 +191,8 @@ def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
             f"{path}: the estimate is of the robot {content['robot']!r}; accepted: one of "
             f"{model.robot.name!r}"
         )
-    return {str(p["name"]): (p["value"], p.get("std")) for p in table}
+    values, std = ({str(p["name"]): p.get(key) for p in table} for key in ("value", "std"))
+    return values, std
 
 
 def cad_parameters(path: Path, model: Model) -> dict[str, float]:
@@ -256,8 +243,7 @@ def values_of_file(robot: Any, model: Model) -> FloatArray | None:
         if path.suffix.lower() in FORMATS:
             values = cad_parameters(path, model)
         elif imported.is_file():
-            named = {name: value for name, (value, _) in read_named(imported, model).items()}
-            values = _with_drives(named, model)
+            values = _with_drives(read_named(imported, model)[0], model)
         else:
             return None
         return base_values(values, model, str(path))
@@ -413,11 +399,10 @@ def read_prior(path: str | Path, model: Model) -> Prior:
         ParameterError: symgen cannot read the file, or it has no parameter of this robot.
     """
     path = Path(path)
-    pairs = read_named(path, model)
+    named, stated = read_named(path, model)
     if path.suffix.lower() in FORMATS:
         links = {p.name for p in model.base.standard if p.inertial and p.prefix in names.LINK}
-        pairs = {name: pair for name, pair in pairs.items() if pair[0] or name in links}
-    named = {name: value for name, (value, _) in pairs.items()}
+        named = {name: value for name, value in named.items() if value or name in links}
     values = base_values(named, model, str(path), partial=True)
     known = np.isfinite(values)
     if not known.any():
@@ -428,7 +413,7 @@ def read_prior(path: str | Path, model: Model) -> Prior:
     share = SHARE * np.maximum(size, _LEAST * largest)
     std = np.where(known & (share > 0), share, np.inf)
     for k in np.flatnonzero(known):
-        stated = pairs.get(model.base.names[k], (None, None))[1]
-        if is_finite(stated) and stated > 0:
-            std[k] = stated
+        of_file = stated.get(model.base.names[k], math.nan)
+        if is_finite(of_file) and of_file > 0:
+            std[k] = of_file
     return Prior(np.where(known, values, 0.0), std)
