@@ -38,33 +38,36 @@ from symgen.identification.solving import ROUNDS, SETTLED
 from symgen.runtime.evaluator import Evaluator
 
 
-@dataclass(frozen=True, eq=False)
-class LoadFit:
-    """A solution for robot and load.
-
-    Attributes:
-        X: (p,) parameters of the robot.
-        a: (r,) the load along its determined directions.
-    """
-
-    X: FloatArray
-    a: FloatArray
-
-
 class Solved(NamedTuple):
-    """A fit and the last step to it.
+    """A solution for robot and load, and the last step to it.
 
     Attributes:
         problem: the problem with the columns of that step.
-        fit: the fit.
+        X: (p,) parameters of the robot.
+        a: (r,) the load along its determined directions.
         solution: changes of the load (r,), then of X, in that step.
         rows: equations of that step.
     """
 
     problem: LoadProblem
-    fit: LoadFit
+    X: FloatArray
+    a: FloatArray
     solution: Solution
     rows: Rows
+
+    @property
+    def with_load(self) -> FloatArray:
+        """Parameters of the robot with the load, (p,)."""
+        return self.X + self.problem.in_X(self.a)
+
+    def load(self, covariance: FloatArray) -> Load:
+        """Return the load, from the covariance (r, r) of `a`."""
+        from scipy.linalg import null_space
+
+        V, known = self.problem.V, self.problem.known
+        onto = UNITS[:, None] * V
+        null = null_space(np.column_stack([V, known != 0]).T)
+        return Load(known + onto @ self.a, onto @ covariance @ onto.T, null)
 
     def derivative_by_known(self) -> FloatArray:
         """Return the derivative of the solution with respect to known parameters X, (k, p)."""
@@ -115,11 +118,13 @@ class LoadProblem:
         Raises:
             IdentificationError: the steps do not converge.
         """
-        solved = self.first_step(X)
+        solved = self.step(X, np.zeros(self.V.shape[1]))
         if not self.evaluator.model.robot.loaded:
             return solved
         for _ in range(ROUNDS):
-            solved = self.around(solved.fit).step(solved.fit)
+            at = solved.with_load, solved.X
+            rows = _rows(self.evaluator, self.model, self.logs, at)
+            solved = replace(self, rows=rows).step(solved.X, solved.a)
             change = np.abs(solved.solution.X)
             if (change <= SETTLED * solved.solution.std + 1e-12).all():
                 return solved
@@ -130,55 +135,30 @@ class LoadProblem:
 
     def error(self, X: FloatArray) -> float:
         """Return the torque error in motion of the logs with the load, one step from X (p,)."""
-        at = self.first_step(X).fit
-        with_load = at.X + self.in_X(at)
-        torques = fit(self.evaluator, self.logs[0], with_load)
+        solved = self.step(X, np.zeros(self.V.shape[1]))
+        torques = fit(self.evaluator, self.logs[0], solved.with_load)
         return torques.in_motion.residual.relative
 
-    def around(self, fit: LoadFit) -> LoadProblem:
-        """Return the problem with load-dependent effects evaluated at a fit."""
-        with_load = fit.X + self.in_X(fit)
-        rows = _rows(self.evaluator, self.model, self.logs, (with_load, fit.X))
-        return replace(self, rows=rows)
-
-    def first_step(self, X: FloatArray) -> Solved:
-        """Solve for changes from the robot without a load."""
-        return self.step(LoadFit(X, np.zeros(self.V.shape[1])))
-
-    def step(self, at: LoadFit) -> Solved:
-        """Solve for changes of the load and of the free parameters."""
-        load, columns = self.in_X(at), self.G * UNITS @ self.V
+    def step(self, X: FloatArray, a: FloatArray) -> Solved:
+        """Solve for changes of the load a (r,) and of the free parameters of X (p,)."""
         W, loaded = self.rows.W, self.loaded
-        robot = self.rows.y - W @ at.X
-        y = robot - loaded * (W @ load)
+        robot = self.rows.y - W @ X
+        y = robot - loaded * (W @ self.in_X(a))
         names = self.evaluator.model.base.names
-        labels = [f"load {k + 1}" for k in range(len(at.a))]
+        labels = [f"load {k + 1}" for k in range(len(a))]
         labels += [names[k] for k in self.free]
-        of_load = loaded[..., None] * (W @ columns)
+        of_load = loaded[..., None] * (W @ (self.G * UNITS @ self.V))
         both = np.concatenate([of_load, W[:, :, self.free]], axis=2)
         rows = replace(self.rows, names=tuple(labels), W=both, y=y)
         solution = Wls().solve(rows)
-        a, X = np.split(solution.X, [len(at.a)])
-        updated = at.X.copy()
-        updated[self.free] += X
-        return Solved(self, LoadFit(updated, at.a + a), solution, rows)
+        changed, moved = np.split(solution.X, [len(a)])
+        updated = X.copy()
+        updated[self.free] += moved
+        return Solved(self, updated, a + changed, solution, rows)
 
-    def in_X(self, fit: LoadFit) -> FloatArray:
-        """Return the contribution of the load to X, (p,)."""
-        return self.G @ (self.known + UNITS * (self.V @ fit.a))
-
-    def load(self, fit: LoadFit, covariance: FloatArray) -> Load:
-        """Return the load of a fit.
-
-        Args:
-            fit: the fit.
-            covariance: (r, r) covariance of `fit.a`.
-        """
-        from scipy.linalg import null_space
-
-        onto = UNITS[:, None] * self.V
-        null = null_space(np.column_stack([self.V, self.known != 0]).T)
-        return Load(self.known + onto @ fit.a, onto @ covariance @ onto.T, null)
+    def in_X(self, a: FloatArray) -> FloatArray:
+        """Return the contribution of the load a (r,) to X, (p,)."""
+        return self.G @ (self.known + UNITS * (self.V @ a))
 
 
 def load_problem(

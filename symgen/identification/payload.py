@@ -247,11 +247,10 @@ def payload(
         if spread is not None:
             shift = solved.derivative_by_known()[:, : model.inertial]
             covariance = covariance + shift @ spread[: model.inertial, : model.inertial] @ shift.T
-    unloaded = solved.fit.X if known is None else X
-    with_load = solved.fit.X + problem.in_X(solved.fit)
-    errors, traces = _load_errors(evaluator, groups[0], unloaded, with_load)
-    r = len(solved.fit.a)
-    body = problem.load(solved.fit, covariance[:r, :r])
+    unloaded = solved.X if known is None else X
+    errors, traces = _load_errors(evaluator, groups[0], unloaded, solved.with_load)
+    r = len(solved.a)
+    body = solved.load(covariance[:r, :r])
     if in_frame is not None:
         body = body.in_frame(in_frame)
     _require_link(solved.problem, X, link, errors.after)
