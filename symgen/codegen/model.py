@@ -120,8 +120,7 @@ def derive(
         RobotError: there is no such robot, a constant of an effect is a range, or an effect is
             a combination of others.
     """
-    if isinstance(robot, (str, Path)):
-        robot = read_robot(robot)
+    robot = read_robot(robot)
     chosen = ALL if kernels == "all" else tuple(kernels)
     for name in chosen:
         if name not in KERNELS:

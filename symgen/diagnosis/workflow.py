@@ -127,7 +127,7 @@ def diagnose(
         ParameterError: an effect does not exist, or the parameters do not belong to this robot.
         IdentificationError: the logs do not determine the parameters.
     """
-    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    source = read_robot(robot)
     library = dict.fromkeys((*definitions(), *(s.effect.name for s in source.sought)))
     unknown = [name for name in effects or () if name not in library]
     if unknown:

@@ -23,7 +23,6 @@ from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model, derive
 from symgen.codegen.panels import panelled
 from symgen.errors import BuildError, ParameterError, SymgenWarning
-from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.build import (
     Compiler,
@@ -173,9 +172,7 @@ def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluat
         BuildError: backend "c" was requested and is not available.
         RobotError: there is no such robot.
     """
-    if isinstance(robot, (str, Path)):
-        robot = read_robot(robot)
-    model = derive(robot) if isinstance(robot, Robot) else robot
+    model = robot if isinstance(robot, Model) else derive(robot)
     if backend not in ("auto", "c", "casadi"):
         raise ParameterError(f"backend {backend!r}; accepted: auto, c, casadi")
     if backend != "casadi":

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import html
-from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
-from symgen import names
 from symgen.data.raw import FloatArray
+from symgen.files import rendered
 from symgen.robot import dh
 from symgen.robot.types import Robot
 
@@ -35,37 +34,22 @@ def drawing(robot: Robot, *positions: dict[int, float]) -> str:
     wide, high = scale * size + 2 * _MARGIN
     places = scale * (flat - low) + _MARGIN
     places[..., 1] = high - places[..., 1]
-    out = [
-        f'<svg class="robot" data-poses="{len(poses)}" viewBox="0 0 {wide:.0f} {high:.0f}" '
-        f'width="{wide:.0f}" role="img" aria-label="Frames of {html.escape(robot.name)}">'
-    ]
-    for placed, at in zip(poses, places, strict=True):
-        out += ["<g>", *_pose(robot, placed, at), "</g>"]
-    return "\n".join([*out, "</svg>"])
+    drawn = [_pose(robot, placed, at) for placed, at in zip(poses, places, strict=True)]
+    size = f"{wide:.0f}", f"{high:.0f}"
+    return rendered("report/robot.svg", name=robot.name, size=size, poses=drawn)
 
 
-def _pose(robot: Robot, placed: FloatArray, at: FloatArray) -> Iterator[str]:
-    """Yield the elements of a pose with frames (f, 4, 4) at places (f, 2) of the drawing."""
-    for joint, end in zip(robot.joints, at[1:], strict=True):
-        yield _line(at[joint.antecedent], end, "link")
+def _pose(robot: Robot, placed: FloatArray, at: FloatArray) -> dict[str, Any]:
+    """Return the lines, joints and labels of a pose with frames (f, 4, 4) at places (f, 2)."""
+    ends = list(zip(robot.joints, at[1:].tolist(), strict=True))
+    lines = [("link", "", *at[joint.antecedent], *end) for joint, end in ends]
     for place, T in zip(at, placed, strict=True):
-        for axis, _, dash in _AXES:
-            along = _VIEW @ T[:3, axis]
-            tip = place + 30 * np.array([along[0], -along[1]])
-            yield _line(place, tip, f"axis {'xz'[axis > 0]}", dash)
-    for joint, (x, y) in zip(robot.joints, at[1:].tolist(), strict=True):
-        if joint.sigma == names.REVOLUTE:
-            yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6"/>'
-        elif joint.sigma == names.PRISMATIC:
-            yield f'<rect x="{x - 6:.1f}" y="{y - 6:.1f}" width="12" height="12"/>'
-    for near in _merged([*at]):
-        yield _label(*near)
-
-
-def _line(start: FloatArray, end: FloatArray, kind: str, dash: str = "") -> str:
-    (x1, y1), (x2, y2) = start, end
-    dashed = f' stroke-dasharray="{dash}"' if dash else ""
-    return f'<path class="{kind}"{dashed} d="M{x1:.1f} {y1:.1f}L{x2:.1f} {y2:.1f}"/>'
+        for axis, word, dash in _AXES:
+            right, up = _VIEW @ T[:3, axis]
+            tip = place + 30 * np.array([right, -up])
+            lines.append((f"axis {word}", dash, *place, *tip))
+    joints = [(joint.sigma, *end) for joint, end in ends]
+    return {"lines": lines, "joints": joints, "labels": _merged([*at])}
 
 
 def _merged(at: list[FloatArray]) -> list[tuple[FloatArray, list[int]]]:
@@ -78,8 +62,3 @@ def _merged(at: list[FloatArray]) -> list[tuple[FloatArray, list[int]]]:
         else:
             near.append(number)
     return out
-
-
-def _label(place: FloatArray, numbers: list[int]) -> str:
-    text = ", ".join(map(str, numbers))
-    return f'<text x="{place[0] + 10:.1f}" y="{place[1] + 18:.1f}">{text}</text>'
