@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import textwrap
-
 import numpy as np
 
 from symgen import names
 from symgen.errors import ParameterError
+from symgen.files import rendered
 from symgen.robot.effect import Definition, SearchRange, definitions, effect_unit
 
-_MARGIN = 20  # columns of the labels of an effect
 _KINDS = {
     "linear": "linear: columns in every kernel, in C and CasADi",
     "model": "model: needs the model's own torque; measured by symgen diagnose",
@@ -44,12 +42,8 @@ def explain_effect(name: str) -> str:
         ("hard to tell from", d.confused or "nothing known"),
         ("how to distinguish", d.separate),
     ]
-    out = [*textwrap.wrap(f"{d.name}: {d.says}", 100), ""]
-    for label, text in lines:
-        first, *rest = textwrap.wrap(text, 100 - _MARGIN, break_long_words=False) or [""]
-        out += [f"{label:<{_MARGIN}}{first}", *(" " * _MARGIN + line for line in rest)]
-    out.append(f"{'in robot.toml':<{_MARGIN}}{_declaration(d)}")
-    return "\n".join(out)
+    middle = ", ".join(f"{key} = {_middle(s):.3g}" for key, s in d.nonlinear.items())
+    return rendered("text/effect.txt", d=d, rows=lines, middle=middle, friction=names.FRICTION)
 
 
 def _middle(search: SearchRange) -> float:
@@ -66,22 +60,3 @@ def _constant(key: str, search: SearchRange) -> str:
     of = {"speed": " of the joint's RMS speed", "duration": " of the log's duration"}
     part = of.get(search.scale, "")
     return f"{key}: {search.low:g} to {search.high:g}{part}, {search.count} values tried"
-
-
-def _declaration(d: Definition) -> str:
-    if d.native in names.FRICTION:
-        return f'friction = ["{d.native}"] of the joint, in addition to its other words'
-    if d.native == "rotor":
-        return "rotor_inertia = true of the joint (the default)"
-    if d.native == "coupling":
-        return "[[coupling]] with joints = [j, k], ratio = 1"
-    if d.native == "payload":
-        return "[payload] with joint = j, the link that carries it"
-    if d.kind == "linear" and not d.torque:
-        return "[[effect]] with a name, joints = [j], your torque and linear"
-    if not d.declarable:
-        return "not declared there: symgen diagnose measures it"
-    constants = ", ".join(f"{key} = {_middle(s):.3g}" for key, s in d.nonlinear.items())
-    nonlinear = f", nonlinear = {{ {constants} }}" if constants else ""
-    offset = ', and "offset" among the words of its friction' if d.offset else ""
-    return f'[[effect]] with name = "{d.name}", joints = [j]{nonlinear}{offset}'
