@@ -67,6 +67,11 @@ class JointLabel:
         """Label of its torque in figures, with the unit."""
         return f"{self.label}, {self.unit}"
 
+    @property
+    def place_unit(self) -> str:
+        """The unit of its position."""
+        return "m" if self.unit == "N" else "rad"
+
 
 def joints_of(robot: Robot) -> tuple[JointLabel, ...]:
     """Return the movable joints of a robot."""

@@ -18,8 +18,9 @@ from symgen.report.content.parts import (
     Section,
     Table,
     counted,
-    errors_in_units,
+    error_table,
     frames_section,
+    horizon_by_joint,
     horizon_table,
     notes_section,
     number,
@@ -126,25 +127,18 @@ def _simulation_sections(e: Estimate) -> list[Section]:
     own = (("values of the robot file", use.before),) if use.before else ()
     models = (*own, ("identified", use.horizons))
     table = horizon_table("model", models)
-    units = ["m" if joint.unit == "N" else "rad" for joint in e.joints]
-    last = use.horizons[-1]
-    by_joint = [
-        (joint.label, *(f"{h[-1].per_joint[j]:.3g} {units[j]}" for _, h in models))
-        for j, joint in enumerate(e.joints)
-    ]
     text = [
         f"{counted(use.windows, 'window')} of held-out motion. Each begins in the measured state "
         f"and replays the measured torque. {PLAYBACK}"
     ]
     if use.diverged:
         text.append(f"The identified model diverges in {use.diverged} of the windows.")
+    by_joint = horizon_by_joint(e.joints, models)
+    heading = "Position error in simulation"
     return [
-        Section("Position error in simulation", tuple(text), table, printed=()),
-        Section(
-            f"Position error in simulation by joint after {last.seconds:g} s", (),
-            Table(("joint", *(name for name, _ in models)), by_joint), printed=(), folded=True,
-        ),
-    ]  # fmt: skip
+        Section(heading, tuple(text), table, printed=()),
+        replace(by_joint, heading=f"{heading} {by_joint.heading}", folded=True),
+    ]
 
 
 def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
@@ -183,19 +177,9 @@ def _error_section(e: Estimate) -> Section:
     """Return the torque error of each joint, in N m or N and in percent."""
     said, errors = _errors(e)
     torques = [t for t in e.traces if t.quantity == "torque" and t.kind == "validation"]
-    sizes = [("", "")] * len(e.joints)
-    first = next(iter(errors.values())).per_joint
-    if torques and first:
-        measured = np.concatenate([t.measured for t in torques])
-        sizes = errors_in_units(e.joints, measured, first)
-    each = zip(*(r.per_joint or () for r in errors.values()), strict=False)
-    rows = [
-        (joint.label, *size, *map(percent, shares))
-        for joint, size, shares in zip(e.joints, sizes, each, strict=False)
-    ]
-    rows.append(("all joints", "", "", *(percent(r.relative) for r in errors.values())))
-    header = ("joint", "RMS torque", "RMS error", *errors)
-    return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), printed=())
+    measured = np.concatenate([t.measured for t in torques]) if torques else None
+    table = error_table(e.joints, measured, errors)
+    return Section(f"{said.capitalize()} by joint", (_ERROR,), table, printed=())
 
 
 def _model_section(e: Estimate) -> Section:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from symgen.data.raw import FloatArray
     from symgen.estimation.band import Band
     from symgen.estimation.playback import Horizon
+    from symgen.estimation.values import Residual
     from symgen.faults.fault import Fault
     from symgen.identification.estimate import JointLabel
     from symgen.report.plots.figure import Figure
@@ -224,6 +225,29 @@ def errors_in_units(
     ]
 
 
+def error_table(
+    joints: Sequence[JointLabel], measured: FloatArray | None, errors: Mapping[str, Residual]
+) -> Table:
+    """Return the torque errors of each joint, in percent, and of the first in units.
+
+    Args:
+        joints: n movable joints.
+        measured: torque, (N, n); None if it is unknown.
+        errors: the errors by name.
+    """
+    first = next(iter(errors.values())).per_joint
+    sizes = [("", "")] * len(joints)
+    if measured is not None and first:
+        sizes = errors_in_units(joints, measured, first)
+    each = zip(*(r.per_joint or () for r in errors.values()), strict=False)
+    rows = [
+        (joint.label, *size, *map(percent, shares))
+        for joint, size, shares in zip(joints, sizes, each, strict=False)
+    ]
+    rows.append(("all joints", "", "", *(percent(r.relative) for r in errors.values())))
+    return Table(("joint", "RMS torque", "RMS error", *errors), rows)
+
+
 def counted(count: int, noun: str) -> str:
     """Return "1 pair", "2 pairs"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
@@ -267,3 +291,15 @@ def horizon_table(
         for k, (name, horizons) in enumerate(models)
     ]
     return Table(header, rows)
+
+
+def horizon_by_joint(
+    joints: Sequence[JointLabel], models: Sequence[tuple[str, Sequence[Horizon]]]
+) -> Section:
+    """Return the position errors of simulated robots at the last horizon, one column a robot."""
+    rows = [
+        (joint.label, *(f"{h[-1].per_joint[j]:.3g} {joint.place_unit}" for _, h in models))
+        for j, joint in enumerate(joints)
+    ]
+    heading = f"by joint after {models[0][1][-1].seconds:g} s"
+    return Section(heading, (), Table(("joint", *(name for name, _ in models)), rows), printed=())

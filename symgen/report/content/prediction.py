@@ -11,8 +11,7 @@ from symgen.report.content.parts import (
     Banner,
     Content,
     Section,
-    Table,
-    errors_in_units,
+    error_table,
     notes_section,
     number,
     percent,
@@ -36,15 +35,10 @@ def prediction_content(prediction: Prediction) -> Content:
     )
     labels = [joint.label for joint in prediction.joints]
     units = [joint.unit for joint in prediction.joints]
-    ratios, floors = moving.per_joint or (), prediction.noise.per_joint or ()
-    sizes = errors_in_units(prediction.joints, trace.measured, ratios)
-    rows = [
-        (label, *size, percent(ratio), percent(floor))
-        for label, size, ratio, floor in zip(labels, sizes, ratios, floors, strict=True)
-    ]
+    ratios = moving.per_joint or ()
+    errors = {"error": moving, "noise floor": prediction.noise}
+    table = error_table(prediction.joints, trace.measured, errors)
     total, noise = moving.relative, prediction.noise.relative
-    rows.append(("all joints", "", "", percent(total), percent(noise)))
-    table = Table(("joint", "RMS torque", "RMS error", "error", "noise floor"), rows)
     filters = (
         f"Both torques passed the same zero-phase low-pass at {number(band.comparison_hz, 3)} Hz, "
         f"positions and speeds one at {number(band.cutoff_hz, 3)} Hz."

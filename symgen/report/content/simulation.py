@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 from symgen.experiment.playback import SimulationComparison
@@ -10,7 +11,7 @@ from symgen.report.content.parts import (
     Banner,
     Content,
     Section,
-    Table,
+    horizon_by_joint,
     horizon_table,
     notes_section,
     percent,
@@ -21,30 +22,23 @@ from symgen.report.plots.figure import Figure, joint_panels
 def simulation_content(result: SimulationComparison) -> Content:
     """Return the position errors by file and horizon and by joint, and one window."""
     first = result.files[0]
+    models = [(f.file, f.horizons) for f in result.files]
     table = horizon_table(
         "file",
-        [(f.file, f.horizons) for f in result.files],
+        models,
         {"diverged": [f"{f.diverged} of {result.windows}" for f in result.files]},
     )
-    joints = [joint.label for joint in result.joints]
     last = first.horizons[-1].seconds
-    units = ["m" if joint.unit == "N" else "rad" for joint in result.joints]
-    by_joint = [
-        (name, *(f"{f.horizons[-1].per_joint[j]:.3g} {units[j]}" for f in result.files))
-        for j, name in enumerate(joints)
-    ]
+    by_joint = horizon_by_joint(result.joints, models)
     moved = "replays the measured torque" + (" with feedback" if result.feedback else "")
     text = (
         f"{result.windows} windows of {', '.join(result.logs)}. Each begins in the measured state "
         f"and {moved}. {PLAYBACK}",
     )
     sections = (
-        Section("A window", figure=partial(_window, result, joints, units)),
+        Section("A window", figure=partial(_window, result)),
         Section("Position error over the horizon", text, table, printed=()),
-        Section(
-            f"Position error by joint after {last:g} s", (),
-            Table(("joint", *(f.file for f in result.files)), by_joint), printed=(),
-        ),
+        replace(by_joint, heading=f"Position error {by_joint.heading}"),
         *notes_section(result.notes),
     )  # fmt: skip
     best = min(result.files, key=lambda f: f.horizons[-1].position_error)
@@ -60,11 +54,11 @@ def simulation_content(result: SimulationComparison) -> Content:
     )
 
 
-def _window(result: SimulationComparison, joints: list[str], units: list[str]) -> Figure | None:
+def _window(result: SimulationComparison) -> Figure | None:
     if result.measured is None:
         return None
     t, q = result.measured
-    titles = [f"{name}: position, {unit}" for name, unit in zip(joints, units, strict=True)]
+    titles = [f"{joint.label}: position, {joint.place_unit}" for joint in result.joints]
     files = [f.file for f in result.files]
     series = {"measured": q, **dict(zip(files, result.courses, strict=True))}
     return Figure(tuple(joint_panels(titles, t, series)))
