@@ -49,7 +49,7 @@ AS_GOOD = 1.03
 #: %.
 SHOWN = 0.5
 #: An adopted effect raises the error of no joint by more than this part of its largest reduction,
-#: and that of all joints by no more than this part of what matters.
+#: or of what matters.
 RISE = 0.25
 #: Factor on the position error of a simulation above which adopted effects make it worse.
 WORSE = 1.1

@@ -172,8 +172,8 @@ def _weigh(result: SearchResult, items: Sequence[Judged], matters: float) -> lis
 def rising(before: Residual, after: Residual, robot: Robot, matters: float) -> str:
     """Return which torque error on the validation data gets worse, or "".
 
-    The error of all joints may rise by `RISE` times what matters, and the error of a joint by as
-    much, or by `RISE` times the largest fall of one.
+    The error of all joints may not rise, and that of a joint by `RISE` times the largest fall of
+    one, or by `RISE` times what matters.
 
     Args:
         before, after: torque errors without some hypotheses, and with them.
@@ -185,7 +185,7 @@ def rising(before: Residual, after: Residual, robot: Robot, matters: float) -> s
     fall = max(float(np.max(was - now)), matters)
     if now[k] > was[k] + RISE * fall:
         where, low, high = f" of {robot.listed([k])}", was[k], now[k]
-    elif after.relative > before.relative + RISE * matters:
+    elif after.relative > (1 + ROUNDING) * before.relative:
         where, low, high = "", before.relative, after.relative
     else:
         return ""
