@@ -40,7 +40,7 @@ from symgen.symbolic.dynamics import (
 )
 from symgen.symbolic.forward import accelerating_torque, factor_solution, factored
 from symgen.symbolic.friction import friction_torque_slopes
-from symgen.symbolic.kinematics import joint_map, variables
+from symgen.symbolic.kinematics import variables
 from symgen.symbolic.motion import LinkState, accelerations, velocities
 from symgen.symbolic.spatial import (
     ZERO,
@@ -79,7 +79,7 @@ class _TorqueSlopes:
 
 def inverse_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows]:
     """Return dtau/dq and dtau/dqd, by rows and columns of movable joints."""
-    found = _slopes(p, joint_map(p.robot, variables(p.robot).qdd))
+    found = _slopes(p, variables(p.robot, "qdd"))
     return found.by_q, found.by_qd
 
 
@@ -139,7 +139,7 @@ def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, b
     """Add the derivatives of friction and effects, and combine joints that follow others."""
     tape, rows = p.tape, congruent(p.robot, rigid, f"d{by}", p.tape)
     out: Rows = {j: {k: gain[j] * v for k, v in rows[j].items()} for j in p.numbers}
-    for k, symbol in zip(p.numbers, getattr(variables(p.robot), by), strict=True):
+    for k, symbol in variables(p.robot, by).items():
         columns = weighted_effects(p, None, symbol)
         if load is not None:
             columns += weighted_effects(p, load, symbol)

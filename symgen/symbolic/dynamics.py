@@ -26,7 +26,6 @@ from symgen.symbolic.kinematics import (
     Way,
     arrays,
     builder,
-    joint_map,
     path,
     variables,
     way_of,
@@ -117,7 +116,7 @@ def inverse_dynamics(p: Plant) -> ByJoint:
 
     Load effects depend on the rigid-body torque at this motion, rotors included.
     """
-    return in_all(p, rigid_torques(p, joint_map(p.robot, variables(p.robot).qdd)))
+    return in_all(p, rigid_torques(p, variables(p.robot, "qdd")))
 
 
 def bias_torque(p: Plant) -> ByJoint:
@@ -183,7 +182,7 @@ def effect_torques(p: Plant) -> ByJoint:
     none = dict.fromkeys(p.numbers, sp.S.Zero)
     columns = weighted_effects(p, None)
     if p.robot.loaded:
-        load = loads(p, rigid_torques(p, joint_map(p.robot, variables(p.robot).qdd)))
+        load = loads(p, rigid_torques(p, variables(p.robot, "qdd")))
         columns += weighted_effects(p, load)
     torque = combined([(sp.S.One, none), *columns])
     return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}

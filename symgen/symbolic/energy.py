@@ -29,7 +29,6 @@ from symgen.symbolic.kinematics import (
     arrays,
     base_inputs,
     builder,
-    joint_map,
     variables,
     way_of,
 )
@@ -92,7 +91,7 @@ def _columns(
     tape: TapeBuilder,
 ) -> list[list[sp.Expr]]:
     """Return a row for every parameter: its energy in each state; rotors move in the first."""
-    speed = joint_map(robot, variables(robot).qd)
+    speed = variables(robot, "qd")
     drives = {c.second: drive_speed(c, speed, tape) for c in robot.couplings}
     rows = []
     for p in parameters:
@@ -138,7 +137,9 @@ class StateColumns:
         state = self._state(arithmetic, count)
         for name, symbols in base_inputs(self.robot):
             state[name] = [arithmetic.numbers(count) for _ in symbols]
-        position = joint_map(self.robot, [getattr(q, "number", q) for q in state["q"]])
+        position = {
+            j: getattr(q, "number", q) for j, q in zip(self.robot.numbers, state["q"], strict=True)
+        }
         columns = self.energy.run(arithmetic, state)
         if base_inputs(self.robot):
             rest = self._state(arithmetic, 1)

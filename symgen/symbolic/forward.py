@@ -17,7 +17,7 @@ from symgen.symbolic.dynamics import (
     rigid_torques,
     weighted_effects,
 )
-from symgen.symbolic.kinematics import joint_map, path, variables
+from symgen.symbolic.kinematics import path, variables
 
 #: Number of joints in one chain from which articulated bodies need fewer steps than the factored
 #: mass matrix. The factor keeps the zeros of branches.
@@ -31,11 +31,10 @@ def accelerating_torque(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     friction = (1 + z a) taur + z b |taur|, the solution is taur = R / (1 + z a + z b sign(R)). It
     is unique if the denominator is positive for both signs.
     """
-    tape, order, commanded = p.tape, p.numbers, variables(p.robot).tau
+    tape, order, commanded = p.tape, p.numbers, variables(p.robot, "tau")
     if not p.robot.loaded:
         bias = bias_torque(p)
-        pairs = zip(order, commanded, strict=True)
-        return {j: tape.name(f"b{j}", tau - bias[j]) for j, tau in pairs}, []
+        return {j: tape.name(f"b{j}", tau - bias[j]) for j, tau in commanded.items()}, []
     rigid, rubbing = rigid_torques(p, {}), friction_torques(p)
     slopes = []  # of the effects by taur, for taur > 0 and for taur < 0
     for sign in (sp.S.One, sp.S.NegativeOne):
@@ -43,7 +42,7 @@ def accelerating_torque(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
         slope = combined((sign * coefficient, column) for coefficient, column in columns)
         slopes.append({j: tape.name(f"e{j}", value) for j, value in slope.items()})
     right, positive = {}, []
-    for j, tau in zip(order, commanded, strict=True):
+    for j, tau in commanded.items():
         load = tape.name(f"R{j}", tau - rubbing.get(j, sp.S.Zero))
         if j in slopes[0] or j in slopes[1]:
             up, down = (s.get(j, sp.S.Zero) for s in slopes)
@@ -77,7 +76,7 @@ def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
 def solve_mass_matrix(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return (x, pivots) of M x = b."""
     factor = factored(p, mass_matrix(p))
-    x = factor_solution(p, factor, joint_map(p.robot, variables(p.robot).b), "o")
+    x = factor_solution(p, factor, variables(p.robot, "b"), "o")
     return x, list(factor.pivots)
 
 

@@ -16,7 +16,7 @@ from symgen.robot.tables import Coupling
 from symgen.robot.types import Robot
 from symgen.symbolic.constraints import ByJoint, Rows
 from symgen.symbolic.effects import effect_columns
-from symgen.symbolic.kinematics import arrays, builder, joint_map, variables
+from symgen.symbolic.kinematics import arrays, builder, variables
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
@@ -55,7 +55,7 @@ def power_columns(robot: Robot, tape: TapeBuilder) -> list[sp.Expr]:
         v, sharp = drive.speed, p.prefix in ("FS", "FSM") and not drive.width
         power = sp.Abs(v) if sharp else v * _force(p, drive, tape)[0]
         outputs.append(tape.name(f"D{p.name}", power))
-    speed = joint_map(robot, variables(robot).qd)
+    speed = variables(robot, "qd")
     for name, column in effect_columns(robot, tape).items():
         power = sum((speed[j] * c for j, c in column.items()), sp.S.Zero)
         outputs.append(tape.name(f"D{name}", power))
@@ -99,7 +99,7 @@ def friction_torque_slopes(robot: Robot, tape: TapeBuilder) -> list[tuple[Parame
 
 
 def _drives(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
-    speed = joint_map(robot, variables(robot).qd)
+    speed = variables(robot, "qd")
     coupled = {
         c.second: _Drive(
             drive_speed(c, speed, tape),

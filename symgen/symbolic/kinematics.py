@@ -7,9 +7,8 @@ written. Every step has a name.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import sympy as sp
 
@@ -60,46 +59,25 @@ class Step:
         return replace(self, qd=sp.S.Zero, rate=sp.S.Zero)
 
 
-@dataclass(frozen=True)
-class Variables:
-    """The symbols of the joint variables, one for each movable joint, in file order.
-
-    `qdr` and `qddr` are reference speeds and accelerations, `b` is any right-hand side.
-    """
-
-    q: Symbols
-    qd: Symbols
-    qdd: Symbols
-    tau: Symbols
-    qdr: Symbols
-    qddr: Symbols
-    b: Symbols
+#: The joint variables, and the prefix of their symbols: no length in a robot file can begin with
+#: X_. `qdr` and `qddr` are reference speeds and accelerations, `b` is any right-hand side.
+_PREFIX = {"q": "", "qd": "", "qdd": "", "tau": "", "qdr": "X_", "qddr": "X_", "b": "X_"}
 
 
-def variables(robot: Robot) -> Variables:
-    """Return the variables as symbols with the joint numbers of the file.
-
-    No length in a robot file can begin with X_.
-    """
-    numbers = robot.numbers
-    return Variables(
-        *(
-            tuple(real_symbol(f"{letter}{j}") for j in numbers)
-            for letter in ("q", "qd", "qdd", "tau", "X_qdr", "X_qddr", "X_b")
-        )
-    )
+def variables(robot: Robot, name: str) -> dict[int, sp.Symbol]:
+    """Return the symbols of a variable, in file order: one by number of every movable joint."""
+    return {j: real_symbol(f"{_PREFIX[name]}{name}{j}") for j in robot.numbers}
 
 
 def arrays(robot: Robot, *names: str) -> list[tuple[str, Symbols]]:
     """Return variables as the inputs of a tape."""
-    variable = variables(robot)
-    return [(name, getattr(variable, name)) for name in names]
+    return [(name, tuple(variables(robot, name).values())) for name in names]
 
 
 def builder(robot: Robot, symbols: Iterable[sp.Symbol] = ()) -> TapeBuilder:
     """Return an empty tape with the names of the file, variables and other symbols reserved."""
-    variable = (s for group in vars(variables(robot)).values() for s in group)
-    taken = {s.name for s in (*variable, *symbols)} | {name for name, _ in robot.geometry}
+    own = (s for _, group in arrays(robot, *_PREFIX) for s in group)
+    taken = {s.name for s in (*own, *symbols)} | {name for name, _ in robot.geometry}
     base = base_inputs(robot)
     return TapeBuilder(taken | ARGUMENTS | {name for name, _ in base}, base)
 
@@ -109,11 +87,6 @@ def base_inputs(robot: Robot) -> list[tuple[str, Symbols]]:
     if robot.imu:
         return [(x, tuple(real_symbol(f"X_{x}{i}") for i in (1, 2, 3))) for x in names.BASE]
     return [("g", robot.gravity)] if robot.gravity_input else []
-
-
-def joint_map(robot: Robot, values: Sequence[Any]) -> dict[int, Any]:
-    """Return values of the movable joints by the number of the joint."""
-    return dict(zip(robot.numbers, values, strict=True))
 
 
 def path(robot: Robot, number: int) -> list[int]:
@@ -132,8 +105,7 @@ def carriers(robot: Robot) -> set[int]:
 
 def way_of(robot: Robot, tape: TapeBuilder) -> Way:
     """Return the steps to every joint, in file order; sines and cosines become tape steps."""
-    variable = variables(robot)
-    q, qd = joint_map(robot, variable.q), joint_map(robot, variable.qd)
+    q, qd = variables(robot, "q"), variables(robot, "qd")
     out = []
     for joint in robot.joints:
         j = joint.number

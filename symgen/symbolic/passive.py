@@ -21,15 +21,14 @@ from symgen.symbolic.dynamics import (
     to_joints,
     with_rotors,
 )
-from symgen.symbolic.kinematics import joint_map, variables
+from symgen.symbolic.kinematics import variables
 from symgen.symbolic.motion import AT_REST, accelerations, references, velocities
 from symgen.symbolic.spatial import acting, axis, screw_rate
 
 
 def slotine_li_torque(p: Plant) -> ByJoint:
     """Return M qddr + C(q, qd) qdr + g + friction(qd), and the effects of its rigid-body torque."""
-    variable, tape = variables(p.robot), p.tape
-    qdr, qddr = (joint_map(p.robot, symbols) for symbols in (variable.qdr, variable.qddr))
+    tape, qdr, qddr = p.tape, variables(p.robot, "qdr"), variables(p.robot, "qddr")
     speed, acceleration = (spread(p.robot, rate, tape) for rate in (qdr, qddr))
     real = accelerations(p.way, AT_REST, {}, tape)
     found = references(p.way, real, p.mounting, speed, acceleration, tape)
@@ -43,7 +42,7 @@ def slotine_li_torque(p: Plant) -> ByJoint:
 
 def generalized_momentum(p: Plant) -> tuple[ByJoint, ByJoint]:
     """Return p = M qd and C^T qd - g by movable joint."""
-    tape, qd = p.tape, joint_map(p.robot, variables(p.robot).qd)
+    tape, qd = p.tape, variables(p.robot, "qd")
     moving = velocities(p.way, AT_REST, tape)
     total = summed_to_base(p, p.momenta(moving), "k")
     momentum, rate = {}, {}

@@ -25,7 +25,7 @@ from symgen.symbolic import friction
 from symgen.symbolic.bodies import Inertia, unit_wrench
 from symgen.symbolic.constraints import ByJoint, spread, to_variables
 from symgen.symbolic.energy import inertial_parameters
-from symgen.symbolic.kinematics import Way, arrays, builder, joint_map, variables, way_of
+from symgen.symbolic.kinematics import Way, arrays, builder, variables, way_of
 from symgen.symbolic.motion import (
     LinkState,
     accelerations,
@@ -100,7 +100,7 @@ def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, LinkState], Mapping[int, 
     tape = builder(robot)
     way = way_of(robot, tape)
     qd = {step.joint.number: step.qd for step in way}
-    qdd = spread(robot, joint_map(robot, variables(robot).qdd), tape)
+    qdd = spread(robot, variables(robot, "qdd"), tape)
     twist, base = base_velocity(robot, tape), base_acceleration(robot, tape)
     screw, parameters = screws(way, tape), inertial_parameters(robot)
     scene = _Scene(robot, tape, way, qd, qdd, screw, parameters)
@@ -120,10 +120,8 @@ def torque_tape(robot: Robot) -> Tape:
 def slotine_li_tape(robot: Robot) -> Tape:
     """Derive the columns of M qddr + C(q, qd) qdr + g + friction(qd): (n, standard parameters)."""
     scene, _, real = _scene(robot)
-    variable, tape = variables(robot), scene.tape
-    qdr, qddr = (
-        spread(robot, joint_map(robot, symbols), tape) for symbols in (variable.qdr, variable.qddr)
-    )
+    tape = scene.tape
+    qdr, qddr = (spread(robot, variables(robot, rate), tape) for rate in ("qdr", "qddr"))
     found = references(scene.way, real, base_acceleration(robot, tape), qdr, qddr, tape)
 
     def wrench(p: Parameter) -> Screw:
