@@ -44,8 +44,13 @@ def combined(columns: Iterable[tuple[sp.Expr, ByJoint]]) -> ByJoint:
     out: ByJoint = {}
     for coefficient, column in columns:
         for j, value in column.items():
-            out[j] = out.get(j, sp.S.Zero) + coefficient * value
+            add_to(out, j, coefficient * value)
     return out
+
+
+def add_to(sums: ByJoint, j: int, value: sp.Expr) -> None:
+    """Add a value to the sum of a joint; an absent one is zero."""
+    sums[j] = sums.get(j, sp.S.Zero) + value
 
 
 def congruent(robot: Robot, rows: Rows, name: str, tape: TapeBuilder) -> Rows:

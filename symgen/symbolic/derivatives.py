@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symgen.symbolic.bodies import Inertia, composites, products
-from symgen.symbolic.constraints import ByJoint, Rows, combined, congruent, spread
+from symgen.symbolic.constraints import ByJoint, Rows, add_to, combined, congruent, spread
 from symgen.symbolic.dynamics import (
     Plant,
     loads,
@@ -144,13 +144,12 @@ def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, b
         if load is not None:
             columns += weighted_effects(p, load, symbol)
         for j, value in combined(columns).items():
-            out[j][k] = out[j].get(k, sp.S.Zero) + value
+            add_to(out[j], k, value)
     if by == "qd":
         for parameter, slopes in friction_torque_slopes(p.robot, tape):
             for j, row in slopes.items():
                 for k, value in row.items():
-                    added = p.value(parameter.name) * value
-                    out[j][k] = out[j].get(k, sp.S.Zero) + added
+                    add_to(out[j], k, p.value(parameter.name) * value)
     return {j: {k: tape.name(f"D{by}{j}_{k}", v) for k, v in row.items()} for j, row in out.items()}
 
 

@@ -19,7 +19,15 @@ from symgen.robot.types import Robot
 from symgen.symbolic import friction
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia, composites
-from symgen.symbolic.constraints import ByJoint, Rows, combined, congruent, spread, to_variables
+from symgen.symbolic.constraints import (
+    ByJoint,
+    Rows,
+    add_to,
+    combined,
+    congruent,
+    spread,
+    to_variables,
+)
 from symgen.symbolic.effects import effect_columns
 from symgen.symbolic.energy import separate_columns
 from symgen.symbolic.kinematics import (
@@ -237,7 +245,7 @@ def rotors(p: Plant) -> Rows:
         share = friction.drive_shares(c, p.tape)
         for j, x in share.items():
             for k, y in share.items():
-                rows[j][k] = rows[j].get(k, sp.S.Zero) + inertia * x * y
+                add_to(rows[j], k, inertia * x * y)
     return rows
 
 
@@ -250,7 +258,7 @@ def mass_matrix(p: Plant) -> Rows:
         for k, value in to_joints(p, {j: momentum}, f"m{j}").items():
             if value != 0:
                 for a, b in {(j, k), (k, j)}:
-                    rows[a][b] = rows[a].get(b, sp.S.Zero) + value
+                    add_to(rows[a], b, value)
     rows = {
         j: {k: p.tape.name(f"M{min(j, k)}_{max(j, k)}", v) for k, v in row.items()}
         for j, row in rows.items()
