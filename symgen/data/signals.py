@@ -80,6 +80,11 @@ class Samples:
     command: FloatArray | None = None
     imu: FloatArray | None = None
 
+    @property
+    def length(self) -> float:
+        """Time between the first and the last sample, s."""
+        return float(self.t[-1] - self.t[0])
+
     def cut(self, span: slice) -> Samples:
         """Return some of the samples."""
         mask = self.mask and rows(self.mask, span)

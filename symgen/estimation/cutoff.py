@@ -130,8 +130,7 @@ def choose_band(
     """
     for s in logs:
         if cutoff is not None:
-            length = float(s.t[-1] - s.t[0])
-            require_cutoff(s.name, cutoff, s.step, length)
+            require_cutoff(s.name, cutoff, s.step, s.length)
     rate = min(1 / s.step for s in logs)
     measured = not any(s.velocity_derived for s in logs)
     velocity = "measured" if measured else "derived"
@@ -176,7 +175,7 @@ def choose_band(
 def _takes_noise(logs: Sequence[Samples], hz: float) -> bool:
     """Return whether a low-pass removes from every position less motion than it contains noise."""
     return all(
-        1 / hz < float(s.t[-1] - s.t[0])  # one period over the log
+        1 / hz < s.length  # one period over the log
         and (rms(s.q - lowpass(s.q, s.step, hz)) <= 2**0.5 * channel_noise(s.q)).all()
         for s in logs
     )

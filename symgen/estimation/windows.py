@@ -53,7 +53,7 @@ def place_windows(log: FilteredLog, window: float) -> Windows:
     Raises:
         IdentificationError: the window does not fit the log.
     """
-    length = float(log.t[-1] - log.t[0])
+    length = log.samples.length
     if not log.step / 2 < window < length:
         raise IdentificationError(
             f"{log.name}: a window of {window:g} s does not fit a log of {length:.3g} s with a "

@@ -308,7 +308,7 @@ def begun(candidate: Candidate, logs: Logs) -> Iterator[Candidate]:
     """
     definition = candidate.definition
     begins = definition.begins
-    lengths = [float(log.t[-1] - log.t[0]) for log in logs]
+    lengths = [log.samples.length for log in logs]
     for log, length in zip(logs, lengths, strict=True):
         first = float(log.t[0])
         count = max(1, round(_STARTS * length / sum(lengths))) if begins else 0
@@ -434,7 +434,7 @@ def _scale(robot: Robot, scale: str, logs: Logs, position: int) -> tuple[float, 
         speeds = np.concatenate([s.qd[:, position] for s in logs])
         return 0.0, float(np.sqrt(np.mean(speeds**2))) or 1.0
     if scale == "duration":
-        return 0.0, max(float(s.t[-1] - s.t[0]) for s in logs)
+        return 0.0, max(s.samples.length for s in logs)
     if scale in ("range", "place") or (scale == "turn" and slides):
         q = np.concatenate([s.q[s.kept, position] for s in logs])
         travel = float(np.ptp(q)) or 1.0

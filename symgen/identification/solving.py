@@ -291,7 +291,7 @@ def _memory(train: Sequence[EquatedLog], forgetting: float) -> FloatArray:
     for part in reversed(train):
         rows, log = part.equations, part.log
         ends = rows.t[rows.weight.any(axis=1)]
-        length = log.t[-1] - log.t[0]
+        length = log.samples.length
         hop = float(np.diff(ends).min(initial=length)) / log.step
         newer = len(ends) - 1 - np.searchsorted(ends, rows.t)
         ages = later + hop * newer
