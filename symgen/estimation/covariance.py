@@ -100,6 +100,7 @@ def sandwich(bread: FloatArray, meat: FloatArray, parts: Sequence[Summary]) -> F
 def widened(covariance: FloatArray, least: FloatArray) -> FloatArray:
     """Return a covariance with standard deviations at least those of `least`, (p, p) both."""
     smallest = np.maximum(np.diag(least), 1e-300)
-    variances = np.maximum(np.diag(covariance), _SMALLEST * smallest)
+    zero = np.maximum(_SMALLEST * smallest, 1e-300)
+    variances = np.maximum(np.diag(covariance), zero)
     wider = np.sqrt(np.maximum(smallest / variances, 1.0))
     return np.asarray(covariance * np.outer(wider, wider))

@@ -192,7 +192,7 @@ def shortest(rows: FloatArray) -> FloatArray:
         return np.zeros(0)
     scale = column_norms(factor[:, :p])
     R, y = factor[:p, :p] / scale, factor[:p, p]
-    if len(R) == p and np.linalg.cond(R, "fro") * _SHORTEST < 1:  # no singular value is zero
+    if len(R) == p and np.linalg.cond(R, 1) * _SHORTEST < 1:  # no singular value is zero
         return np.linalg.solve(R, y) / scale
     return np.linalg.lstsq(R, y, rcond=_SHORTEST)[0] / scale
 

@@ -383,7 +383,9 @@ class _Judge:
         else:
             part = fit.torque / (row.size * base)
         prior -= price_of_size(float(np.max(part)))
-        prior -= SURE * candidate.rare  # a ratio is 1 unless another one is certainly better
+        # A ratio is 1, and a torque has a law with a name, unless another one is certainly better.
+        product = candidate.name == UNNAMED and not candidate.constants
+        prior -= SURE * (candidate.rare or product)
         if fit.score - alone.score + prior > 0:
             fit = self._possible(stage, candidate, columns, fit)
         evidence = fit.score - alone.score
