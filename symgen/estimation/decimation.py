@@ -123,7 +123,8 @@ def _weights(d: Decimation, reach: int, offset: int, rows: int, nodes: int) -> F
         rows, nodes: number of kept samples and of nodes.
     """
     assert d.cutoff is not None  # only called with a filter
-    away = np.abs(offset + d.every * np.arange(rows)[:, None] - d.stride * np.arange(nodes))
+    kept = offset + d.every * np.arange(rows)
+    away = np.abs(kept[:, None] - d.stride * np.arange(nodes))
     weights = response(d.step, d.cutoff, reach)[reach:]
     out = np.where(away <= reach, weights[np.minimum(away, reach)], 0.0)
     return np.asarray(out / out.sum(axis=1, keepdims=True))

@@ -128,7 +128,8 @@ def _require_within(log: Log, robot: Robot, reading: Reading) -> None:
     limits = robot.limits or Limits()
     side = "a log that [drive] maps into [limits]; see position_side"
     for j, (low, high) in enumerate(limits.position or ()):
-        least, most = float(log.q[:, j].min()), float(log.q[:, j].max())
+        q = log.q[:, j]
+        least, most = float(q.min()), float(q.max())
         if max(low - least, most - high) > high - low:
             what = (
                 f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and the limits "

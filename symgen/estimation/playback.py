@@ -131,7 +131,8 @@ def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:
 
 def _starts(log: FilteredLog, seconds: float, most: int) -> list[int]:
     rows = round(seconds / log.step)
-    clear = [(a, b) for a, b in spans(np.all(log.clear, axis=1)) if b - a > rows]
+    whole = spans(np.all(log.clear, axis=1))
+    clear = [(a, b) for a, b in whole if b - a > rows]
     if not clear:
         return []
     every = np.concatenate([np.arange(a, b - rows) for a, b in clear])
@@ -158,7 +159,8 @@ def play(
     courses = []
     for window in windows:
         log, start = window.log, window.start
-        courses.append(mover(log.q[start], log.qd[start], laws[log], log.t[start] + t, bounds))
+        times = log.t[start] + t
+        courses.append(mover(log.q[start], log.qd[start], laws[log], times, bounds))
     return np.stack(courses)
 
 
@@ -184,7 +186,8 @@ def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
         if gains is None:
             return at
         kp, kd = gains
-        return np.asarray(at[:n] + kp * (at[n : 2 * n] - q) + kd * (at[2 * n :] - qd))
+        torque, q_wanted, qd_wanted = at[:n], at[n : 2 * n], at[2 * n :]
+        return np.asarray(torque + kp * (q_wanted - q) + kd * (qd_wanted - qd))
 
     return law
 
@@ -216,7 +219,8 @@ def position_errors(
         if seconds > windows[0].seconds:
             break
         at = int(np.argmin(np.abs(t - seconds)))
-        measured = np.array([w.log.q[w.start + round(seconds / w.log.step)] for w in windows])
+        ends = [w.start + round(seconds / w.log.step) for w in windows]
+        measured = np.array([w.log.q[k] for w, k in zip(windows, ends, strict=True)])
         way = measured - np.array([w.log.q[w.start] for w in windows])
         e = np.nan_to_num(moved[:, at] - measured, nan=np.inf)
         diverged = max(diverged, int((np.abs(e) > far).any(axis=1).sum()))

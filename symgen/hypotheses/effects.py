@@ -371,7 +371,9 @@ def _written(robot: Robot, definition: Definition, position: int) -> Torque:
         motion = (s.q, s.qd, s.qdd)
         model = (torques.load, torques.model, torques.friction)
         variables = dict(zip(OWN, (*motion, *model, time), strict=True))
-        inputs: dict[str, list[Any]] = {key: [*x[:, joints].T] for key, x in variables.items()}
+        inputs = dict[str, list[Any]]()
+        for key, x in variables.items():
+            inputs[key] = [*x[:, joints].T]
         inputs["c"] = [np.float64(constants[name]) for name in definition.nonlinear]
         with np.errstate(all="ignore"):
             parts = tape.run(arithmetic, inputs)
@@ -459,7 +461,8 @@ def _coupled(j: int, k: int, s: FilteredLog, _: Torques, constants: Constants) -
     """Return u = qd_j + ratio qd_k, F = IAM u' + FVM u + FSM sign(u) on j, ratio F on k."""
     ratio = constants["ratio"]
     u = s.qd[:, j] + ratio * s.qd[:, k]
-    F = np.column_stack([s.qdd[:, j] + ratio * s.qdd[:, k], u, np.sign(u)])
+    du = s.qdd[:, j] + ratio * s.qdd[:, k]
+    F = np.column_stack([du, u, np.sign(u)])
     return {j: F, k: ratio * F}
 
 

@@ -152,8 +152,9 @@ def _variance_ratio(m: FloatArray, variance: FloatArray, usual: FloatArray) -> F
 
     half, c, scale = m / 2, m * variance / 2, FREEDOM * usual / 2
     separate = gammaln(half) - half * np.log(c) - math.log(_RANGE)
-    heavy = gammaln(half + FREEDOM / 2) - gammaln(FREEDOM / 2) + FREEDOM / 2 * np.log(scale)
-    return np.asarray(separate - heavy + (half + FREEDOM / 2) * np.log(c + scale))
+    free = FREEDOM / 2
+    heavy = gammaln(half + free) - gammaln(free) + free * np.log(scale)
+    return np.asarray(separate - heavy + (half + free) * np.log(c + scale))
 
 
 def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span | None:
@@ -197,7 +198,9 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
 def _lengths(log: FilteredLog) -> Iterator[int]:
     """Yield the lengths of contacts to try in a log, in kept samples."""
     t = log.compared_t
-    reach = math.ceil(log.reach * log.step / (t[1] - t[0])) if len(t) > 1 else 0
+    reach = 0
+    if len(t) > 1:
+        reach = math.ceil(log.reach * log.step / (t[1] - t[0]))
     length = 2.0 * reach + 1
     while length <= _LONGEST * len(t):
         yield round(length)

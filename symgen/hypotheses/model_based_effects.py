@@ -199,7 +199,7 @@ def _offset(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
 
 def _geared(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
     """Return d tau / d gear ratio: the motion is multiplied and the torque divided by 1 + GR."""
-    motion = np.array([s.q[:, j], s.qd[:, j], s.qdd[:, j]])
+    motion = np.array([x[:, j] for x in s.motion[:3]])
     columns = _slope(lambda h: torques.moved(s, j, h * motion))
     columns[:, j] += torques.model[:, j]
     return _column(columns)

@@ -178,7 +178,8 @@ def compare(a: Estimate | str | Path, b: Estimate | str | Path) -> Comparison:
         ParameterError: symgen cannot read a file, the names of the robots differ, or the estimates
             have no common parameter.
     """
-    names = tuple(k if isinstance(x, Estimate) else str(x) for k, x in (("a", a), ("b", b)))
+    pairs = ("a", a), ("b", b)
+    names = tuple(k if isinstance(x, Estimate) else str(x) for k, x in pairs)
     first, second = (x if isinstance(x, Estimate) else read_estimate(x) for x in (a, b))
     where = " and ".join(names)
     if first.robot != second.robot:

@@ -72,7 +72,8 @@ def _arrays(file: Any, start: str, entry: Any, joints: int) -> dict[str, Any]:
     """
     places = ((f.name, f"{start}_{f.name}") for f in fields(Trace) if f.name not in entry)
     arrays = {key: np.asarray(file[at], dtype=float) for key, at in places if at in file}
-    rows, columns = arrays["t"].shape, {x.shape[1:] for key, x in arrays.items() if key != "t"}
+    rows = arrays["t"].shape
+    columns = {x.shape[1:] for key, x in arrays.items() if key != "t"}
     if any(x.shape[:1] != rows or not (abs(x) < _LARGEST).all() for x in arrays.values()):
         raise ValueError("rows")
     require_times(arrays["t"])

@@ -349,7 +349,8 @@ def base_values(
             raise ParameterError(f"{where}: {name} is {value!r}; accepted: a finite number")
     base, standard = model.base, [p.name for p in model.base.standard]
     known = {*standard, *base.names}
-    named = {k: v for k, v in named.items() if k in known or not _undeclared(k, v, model.robot)}
+    robot = model.robot
+    named = {k: v for k, v in named.items() if k in known or not _undeclared(k, v, robot)}
     unknown = sorted(set(named) - known)
     if unknown:
         of_result = Path(where) / "robot.toml"  # of a result folder
@@ -361,7 +362,8 @@ def base_values(
     X = np.array([float(named.get(n, np.nan)) for n in base.names])
     s = np.array([float(named.get(n, np.nan)) for n in standard])
     G = regrouping(model) if np.isnan(X).any() else np.zeros((len(X), len(s)))
-    X = np.where(np.isnan(X), np.sum(np.where(G == 0, 0.0, G * s), axis=1), X)
+    sums = np.sum(np.where(G == 0, 0.0, G * s), axis=1)
+    X = np.where(np.isnan(X), sums, X)
     absent = np.isnan(X)
     if absent.any() and not partial:
         needed = (G[absent] != 0).any(axis=0)

@@ -260,7 +260,9 @@ def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
 
 def _reach(robot: Robot) -> FloatArray:
     """Return the reach of the robot from each joint, m (1 if prismatic), (n,)."""
-    lengths = {j.number: sum(abs(float(x)) for x in (j.b, j.d, j.r)) for j in robot.joints}
+    lengths = {}
+    for j in robot.joints:
+        lengths[j.number] = sum(abs(float(x)) for x in (j.b, j.d, j.r))
     out = [
         LENGTH + sum(x for number, x in lengths.items() if number > joint.number)
         if joint.sigma == REVOLUTE

@@ -293,7 +293,9 @@ class Constraints:
         enough = Positive.numbers(-t[None], np.array([_ENOUGH]))
         lowest = min(np.linalg.eigvalsh(bodies.f).min(), signs.f.min(initial=0.0))
         constraints = [bodies, signs, wider.traces(_LIMIT), enough]
-        y, barriers, gap = minimise(np.zeros((len(t), len(t))), -t, constraints, (lowest - 1.0) * t)
+        linear = np.zeros((len(t), len(t)))
+        start = (lowest - 1.0) * t
+        y, barriers, gap = minimise(linear, -t, constraints, start)
         inverses = np.linalg.inv(bodies.E @ y + bodies.f)
         blame = barriers[: len(inverses)] * np.trace(inverses, axis1=1, axis2=2)
         return Margin(float(y[-1]), float(y[-1]) + gap, y[:-1], blame)
@@ -337,7 +339,8 @@ def _units(model: Model) -> FloatArray:
 def _length(robot: Robot) -> float:
     """Return a typical length, m: the mean non-zero length of the geometry, or LENGTH."""
     plain = robot.with_values()
-    lengths = [abs(float(e)) for j in plain.joints for e in (j.b, j.d, j.r) if e != 0]
+    every = [e for j in plain.joints for e in (j.b, j.d, j.r)]
+    lengths = [abs(float(e)) for e in every if e != 0]
     return sum(lengths) / len(lengths) if lengths else LENGTH
 
 
