@@ -60,7 +60,7 @@ from symgen.experiment.study import study as study
 from symgen.identification.comparison import compare as compare
 from symgen.identification.estimate import Estimate as Estimate
 from symgen.identification.export import values_header as values_header
-from symgen.identification.solving import Fit as Fit
+from symgen.identification.solving import FitOptions as FitOptions
 from symgen.identification.payload import payload as payload
 from symgen.identification.physical import link_parameters as link_parameters
 from symgen.identification.prediction import predict as predict

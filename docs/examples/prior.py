@@ -26,7 +26,7 @@ short = symgen.simulate("planar2r", X, duration=4.0, seed=2, recording=made).log
 alone = symgen.identify("planar2r", [short], **fixed)
 with tempfile.TemporaryDirectory() as folder:
     symgen.write(before, folder)
-    both = symgen.identify("planar2r", [short], **fixed, fit=symgen.Fit(prior=folder))
+    both = symgen.identify("planar2r", [short], **fixed, fit=symgen.FitOptions(prior=folder))
 
 # ## Compared
 # The intervals are two standard deviations. A prior does not always help: with an earlier log of

@@ -115,7 +115,7 @@ def identify(
             validation=validation,
             model=model,
             method=method,
-            fit=symgen.Fit(prior, commanded, forgetting),
+            fit=symgen.FitOptions(prior, commanded, forgetting),
             exact=exact,
             executor=executor,
             progress=told,

@@ -33,7 +33,7 @@ from symgen.runtime.evaluator import Evaluator
 
 
 @dataclass(frozen=True)
-class Fit:
+class FitOptions:
     """Options of a fit besides model and method.
 
     Attributes:

@@ -40,7 +40,7 @@ from symgen.identification.proportional import blame_motion
 from symgen.identification.searched import searched
 from symgen.identification.segments import solve_segments
 from symgen.identification.settle import Settled, settle
-from symgen.identification.solving import AUTO, FOLDED, Fit, Method, rows_of, solve_equations
+from symgen.identification.solving import AUTO, FOLDED, FitOptions, Method, rows_of, solve_equations
 from symgen.parallel import Say, silent
 from symgen.policy import ACCEPT, LEAST
 from symgen.robot.toml_io import read_robot
@@ -61,7 +61,7 @@ def identify(
     cutoff: float | None = None,
     accept: float = ACCEPT,
     least: float = LEAST,
-    fit: Fit | None = None,
+    fit: FitOptions | None = None,
     reading: Reading | None = None,
     exact: bool = False,
     executor: Executor | None = None,
@@ -106,7 +106,7 @@ def identify(
     """
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     source = replace(source, exact=exact or source.exact)
-    options = fit or Fit()
+    options = fit or FitOptions()
     about = Settings.of(source, model, method, window, options, accept, least)
     sources, held = expanded(listed_logs(logs)), expanded(listed_logs(validation))
     motions = options.motions(len(sources), about.method.name)
@@ -150,7 +150,7 @@ class Settings:
         model: str = AUTO,
         method: str | Estimator = AUTO,
         window: float = 0.2,
-        fit: Fit | None = None,
+        fit: FitOptions | None = None,
         accept: float = ACCEPT,
         least: float = LEAST,
     ) -> Settings:
@@ -163,11 +163,11 @@ class Settings:
             raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
         if not (math.isfinite(window) and window > 0):
             raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
-        by = Method.of(method, (fit or Fit()).forgetting)
+        by = Method.of(method, (fit or FitOptions()).forgetting)
         models = _equation_models(robot, model, window, by)
         return cls(models, by, (), accept, least)
 
-    def with_prior(self, fit: Fit, evaluator: Evaluator) -> Settings:
+    def with_prior(self, fit: FitOptions, evaluator: Evaluator) -> Settings:
         """Return the settings with the prior of a fit."""
         if fit.prior is None:
             return self
@@ -256,7 +256,7 @@ def _equation_models(
     return tuple(EquationModel(name, window) for name in tried)
 
 
-def _needs_memory(robot: Robot, method: Method, options: Fit) -> str:
+def _needs_memory(robot: Robot, method: Method, options: FitOptions) -> str:
     """Return the option that needs all samples in memory, or ""."""
     needed = {
         "prior": options.prior,

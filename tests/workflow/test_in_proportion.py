@@ -96,6 +96,6 @@ def test_a_prior_tells_what_the_motion_does_not(tmp_path: Path) -> None:
     values = ARM.values | {"MY1": 0.1, "IA2": 1e-3}
     lines = [f"{name} = {value}" for name, value in values.items()]
     (tmp_path / "prior.toml").write_text("\n".join(["[parameters]", *lines]))
-    fit = symgen.Fit(prior=tmp_path / "prior.toml")
+    fit = symgen.FitOptions(prior=tmp_path / "prior.toml")
     found = symgen.identify(ROBOT, logs[0], validation=logs[1], model="torque", fit=fit)
     assert hidden(found) == []

@@ -128,14 +128,14 @@ def test_forgetting_follows_a_load_that_is_put_down() -> None:
     log = symgen.make_log("load", t, q, tau, qd)
     options = {"model": "energy", "method": "recursive"}
     kept = symgen.identify("planar2r", log, **options)
-    fading = symgen.identify("planar2r", log, fit=symgen.Fit(forgetting=0.99), **options)
+    fading = symgen.identify("planar2r", log, fit=symgen.FitOptions(forgetting=0.99), **options)
     assert np.abs(fading.X / after - 1).max() < 0.01
     assert np.abs(kept.X / after - 1).max() > 0.1
     assert all(p.std < 0.01 * abs(p.value) for p in fading.parameters)
     with pytest.raises(symgen.IdentificationError, match="does not forget"):
-        symgen.identify("planar2r", log, fit=symgen.Fit(forgetting=0.9))
+        symgen.identify("planar2r", log, fit=symgen.FitOptions(forgetting=0.9))
     with pytest.raises(symgen.IdentificationError, match="above 0 and at most 1"):
-        symgen.identify("planar2r", log, method="recursive", fit=symgen.Fit(forgetting=1.5))
+        symgen.identify("planar2r", log, method="recursive", fit=symgen.FitOptions(forgetting=1.5))
 
 
 def _at_every_sample(
@@ -159,7 +159,7 @@ def test_forgetting_is_least_squares_with_weights_that_fade() -> None:
     evaluator = symgen.load("planar2r")
     held, options = _log(), {"model": "energy", "method": "recursive", "cutoff": 20.0}
     found = symgen.identify(
-        "planar2r", log, validation=held, fit=symgen.Fit(forgetting=0.998), **options
+        "planar2r", log, validation=held, fit=symgen.FitOptions(forgetting=0.998), **options
     )
     assert found.band is not None
     # a window that ends at every sample, as those of the recursion do
@@ -196,7 +196,7 @@ def test_the_command_line_takes_method_and_prior(tmp_path, command, monkeypatch)
     with pytest.raises(
         symgen.IdentificationError, match="takes no prior; accepted: auto, wls, cons"
     ):
-        symgen.identify("planar2r", log, method="tls", fit=symgen.Fit(tmp_path / "cad.toml"))
+        symgen.identify("planar2r", log, method="tls", fit=symgen.FitOptions(tmp_path / "cad.toml"))
 
 
 def test_what_no_robot_can_have_is_not_exported_as_consistent() -> None:
@@ -219,7 +219,9 @@ def test_a_prior_holds_what_a_poor_motion_does_not_show(tmp_path) -> None:
         "[parameters]\nZZ1R = 1.8\nZZ2 = 0.055\nMX2 = 0.16\nMY2 = 0.08\n"
     )
     free = symgen.identify("planar2r", log, model="momentum")
-    held = symgen.identify("planar2r", log, model="momentum", fit=symgen.Fit(tmp_path / "cad.toml"))
+    held = symgen.identify(
+        "planar2r", log, model="momentum", fit=symgen.FitOptions(tmp_path / "cad.toml")
+    )
     assert held.method == "wls with prior"
     assert np.abs(held.X / X - 1).max() < 0.3 < np.abs(free.X / X - 1).max()
     assert "errors of the prior" in held.excludes
