@@ -82,6 +82,8 @@ def settled_constants(
         stage = point(*constants)
         system, along = stage.rows, slopes(stage, log_columns)
         columns = np.concatenate([dense(c, system.y.shape) for c in along], axis=2)
+        if not np.isfinite(columns).all():  # a torque with a kink
+            raise np.linalg.LinAlgError
         free = system.orthogonal_part(system.whitened(columns))
         scale = np.tile(system.sigma / sigma, len(system.y))  # rows are joint by joint
         return -free * scale[:, None]
