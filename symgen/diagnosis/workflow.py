@@ -57,7 +57,7 @@ from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
-from symgen.identification.campaign import Campaign, Filtering, load_model, open_campaign
+from symgen.identification.campaign import Campaign, Filtering, open_campaign
 from symgen.identification.judgement import CHANGED, SEARCH
 from symgen.identification.parameters import KnownParameters, read_known
 from symgen.identification.searched import BROKEN
@@ -75,7 +75,7 @@ from symgen.robot.effect import RECORDER, definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import Evaluator
+from symgen.runtime.evaluator import Evaluator, load_model
 
 _LISTED = 12  # largest number of listed rejected candidates
 _SATURATION = "saturation"

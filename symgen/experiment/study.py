@@ -289,11 +289,10 @@ def _in_bands(
         cutoff: cutoff of the filter, Hz; None to choose it.
         bands: the bands of the first run; None to choose them.
     """
-    out = dict[bool, Campaign]()
-    for iv, band in bands.items():
-        filtering = Filtering(cutoff, iv, band)
-        out[iv] = open_in_known_band(evaluator, None, logs, None, filtering)
-    return out
+    first, *others = (Filtering(cutoff, iv, band) for iv, band in bands.items())
+    opened = open_in_known_band(evaluator, None, logs, None, first)
+    filtered = [opened, *(replace(opened, filtering=way).in_new_band() for way in others)]
+    return dict(zip(bands, filtered, strict=True))
 
 
 def _solved(

@@ -5,7 +5,7 @@ logs with changes undone -> rows of the model -> rows with the columns of effect
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 
@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.codegen.model import derive, regrouping
+from symgen.codegen.model import regrouping
+from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.system import join, torque_along, torque_at
 from symgen.estimation.values import FloatArray
@@ -25,10 +26,9 @@ from symgen.hypotheses.rows import FittedRows, fitted, make_rows
 from symgen.hypotheses.score import Key, PredictiveScore, motion_folds
 from symgen.policy import MISFIT
 from symgen.robot.expressions import exact
-from symgen.robot.toml_io import parse_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import Evaluator, load
+from symgen.runtime.evaluator import Evaluator, load_model
 from symgen.symbolic.variation import link_values, variation
 
 _BLOCK = 160  # nodes of a log in one batch of columns of all links: more do not fit into a cache
@@ -96,7 +96,8 @@ class Problem:
         undone = self.undone | {change.key}
         if change.gravity is not None:
             robot = replace(self.robot, gravity=tuple(map(exact, change.gravity)))
-            other = make_problem(model_of(robot), self.logs, self.held, None, self.misfit)
+            model = load_model(robot_toml(robot), JUDGING)
+            other = make_problem(model, self.logs, self.held, None, self.misfit)
             return replace(other, undone=undone)
         logs = tuple(map(change.undo, self.logs))
         held = tuple(map(change.undo, self.held))
@@ -176,7 +177,17 @@ class Problem:
         out[..., acting] = np.concatenate(parts)
         return out
 
-    def torque(self, earlier: float) -> FloatArray:
+    @cached_property
+    def corrected(self) -> Callable[[Change], Problem]:
+        """`changed`, which keeps the last problems: a search asks for the same ones again."""
+        return lru_cache(maxsize=8)(self.changed)
+
+    @cached_property
+    def torque(self) -> Callable[[float], FloatArray]:
+        """`_moved_torque`, which keeps the last torques: every step of a search asks for them."""
+        return lru_cache(maxsize=64)(self._moved_torque)
+
+    def _moved_torque(self, earlier: float) -> FloatArray:
         """Return the torque in the band, (K, n), moved earlier by some seconds."""
         if not earlier:
             return self.base.measured
@@ -285,16 +296,3 @@ def _split(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> tuple[Float
     of_links = np.arange(len(X)) < evaluator.model.inertial
     rigid = np.where(of_links, X, 0.0)
     return torque_along(evaluator, X, log), torque_along(evaluator, rigid, log)
-
-
-KERNELS = ("torque_regressor", "inverse_dynamics")
-
-
-def model_of(robot: Robot) -> Evaluator:
-    """Return the compiled model of a robot. Robots with the same file content share one model."""
-    return _model_of(robot_toml(robot))
-
-
-@lru_cache(maxsize=4)
-def _model_of(text: str) -> Evaluator:
-    return load(derive(parse_robot(text, "robot.toml"), KERNELS))

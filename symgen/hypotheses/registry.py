@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TypeVar
 
 from symgen import names
@@ -137,16 +137,11 @@ class SearchResult:
         other = replace(self, items=tuple(items))
         if (other.changes, other.contacts) == (self.changes, self.contacts):
             return other
-        problem = _corrected(self.declared, other.changes).without(other.contacts)
+        problem = self.declared
+        for change in other.changes:
+            problem = problem.corrected(change.cause)
+        problem = problem.without(other.contacts)
         return replace(other, problem=problem).with_effects(columns_in(problem, other.effects))
-
-
-@lru_cache(maxsize=8)
-def _corrected(declared: Problem, changes: tuple[Changed, ...]) -> Problem:
-    """Return a problem with some changes undone; a search asks for the same ones again."""
-    if not changes:
-        return declared
-    return _corrected(declared, changes[:-1]).changed(changes[-1].cause)
 
 
 Kind = TypeVar("Kind", bound=Judged)

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
 
 import numpy as np
 
@@ -46,8 +45,6 @@ _ROUNDS = 3  # of Newton's method for the size of a gear ratio
 _EXACT, _APART = 1e-3, 0.05
 _TURNS = 8  # most, of gravity by the Gauss-Newton method
 _ROUNDED = 1e-5  # m/s2, last digit of gravity
-#: The torque of a problem at a delay, which every step of a search asks for.
-_torque = lru_cache(maxsize=64)(Problem.torque)
 
 
 def torque_trials(stage: Stage) -> Iterator[Changed]:
@@ -56,7 +53,7 @@ def torque_trials(stage: Stage) -> Iterator[Changed]:
     Wrong signs of joints on which friction would drive come first: nothing else explains that.
     """
     problem, rows = stage.problem, stage.problem.base
-    torque = partial(_torque, problem)
+    torque = problem.torque
     links = slice(problem.evaluator.model.inertial)
     speed = np.concatenate([log.qd[log.kept] for log in problem.logs])
     lost = rows.weight * (rows.y - rows.W[..., links] @ rows.X[links])

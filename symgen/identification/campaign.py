@@ -8,11 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from symgen.codegen.model import derive
 from symgen.data.long_logs import is_long
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
@@ -30,10 +28,9 @@ from symgen.identification.parameters import values_of_file
 from symgen.identification.sampling import LongLogs, sample_logs
 from symgen.identification.torque_scale import in_torque_scale
 from symgen.parallel import Say, silent
-from symgen.robot.toml_io import parse_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import Evaluator, load
+from symgen.runtime.evaluator import Evaluator, load_model
 
 
 @dataclass(frozen=True)
@@ -50,14 +47,20 @@ class Filtering:
     own_speeds: bool = False
     known: Band | None = None
 
-    def band_of(self, evaluator: Evaluator, logs: Sequence[Samples], threads: int = 1) -> Band:
-        """Return the band for some training logs."""
+    def band_of(
+        self, evaluator: Evaluator, logs: Sequence[Samples], long: LongLogs | None, progress: Say
+    ) -> Band:
+        """Return the band for some training logs, or for a sample of long ones."""
+        progress("choosing the band")
         if self.known is None:
-            keep = self.own_speeds
-            return choose_band(evaluator, logs, self.cutoff, measured_speeds=keep, threads=threads)
-        if self.cutoff is None:
-            return self.known
-        return replace(self.known, cutoff_hz=self.cutoff)
+            keep, threads = self.own_speeds, 1 if long is None else long.threads
+            band = choose_band(evaluator, logs, self.cutoff, measured_speeds=keep, threads=threads)
+        elif self.cutoff is None:
+            band = self.known
+        else:
+            band = replace(self.known, cutoff_hz=self.cutoff)
+        progress(f"band: {band.in_words()}")
+        return band
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,10 +129,7 @@ class Campaign:
     def in_new_band(self) -> Campaign:
         """Return the same logs in a band that is chosen again."""
         train = [log.samples for log in self.train]
-        threads = 1 if self.long is None else self.long.threads
-        self.progress("choosing the band")
-        band = self.filtering.band_of(self.evaluator, train, threads)
-        self.progress(f"band: {band.in_words()}")
+        band = self.filtering.band_of(self.evaluator, train, self.long, self.progress)
         campaign = replace(self, band=band)
         return campaign.changed(lambda log: filter_log(log.samples, band))
 
@@ -209,9 +209,7 @@ def in_band(
     known = filtering.known
     comparison = None if known is None else known.comparison_hz
     (train, held), more = with_mended_speeds(groups, comparison)
-    progress("choosing the band")
-    band = filtering.band_of(evaluator, train, 1 if long is None else long.threads)
-    progress(f"band: {band.in_words()}")
+    band = filtering.band_of(evaluator, train, long, progress)
     return Campaign(
         evaluator,
         filtering,
@@ -223,14 +221,3 @@ def in_band(
         long=long,
         progress=progress,
     )
-
-
-@lru_cache(maxsize=4)
-def load_model(robot: str, kernels: tuple[str, ...]) -> Evaluator:
-    """Compile and load a model once in each process.
-
-    Args:
-        robot: text of the robot.toml.
-        kernels: names of the kernels.
-    """
-    return load(derive(parse_robot(robot, "robot.toml"), kernels))

@@ -44,7 +44,6 @@ from symgen.faults.repair import open_samples
 from symgen.faults.speeds import mended_speeds
 from symgen.faults.undo import with_earlier_torques
 from symgen.identification.assessment import Outcome, outcome
-from symgen.identification.campaign import load_model
 from symgen.identification.model_choice import ChosenModel
 from symgen.identification.sampling import KINDS, LongLogs
 from symgen.identification.settle import settle
@@ -52,7 +51,7 @@ from symgen.identification.solving import Method
 from symgen.identification.weak_prior import WeakPrior
 from symgen.parallel import in_order
 from symgen.robot.toml_text import robot_toml
-from symgen.runtime.evaluator import Evaluator
+from symgen.runtime.evaluator import Evaluator, load_model
 
 _LOOKED = 1 << 13  # samples of a segment that are first checked for wrong speeds
 Result = TypeVar("Result")

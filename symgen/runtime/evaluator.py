@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from functools import cache, cached_property, partial
+from functools import cache, cached_property, lru_cache, partial
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -23,6 +23,7 @@ from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model, derive
 from symgen.codegen.panels import panelled
 from symgen.errors import BuildError, ParameterError, SymgenWarning
+from symgen.robot.toml_io import parse_robot
 from symgen.robot.types import Robot
 from symgen.runtime.build import (
     Compiler,
@@ -188,6 +189,17 @@ def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluat
     built = casadi_functions(model.robot.name, model.robot, model.kernels)
     functions = [_CasadiKernel(k, model.robot, built[k.name]()) for k in model.kernels]
     return Evaluator(model, functions, "casadi")
+
+
+@lru_cache(maxsize=8)
+def load_model(robot: str, kernels: tuple[str, ...]) -> Evaluator:
+    """Compile and load a model once in each process.
+
+    Args:
+        robot: text of the robot.toml.
+        kernels: names of the kernels.
+    """
+    return load(derive(parse_robot(robot, "robot.toml"), kernels))
 
 
 def _elsewhere(backend: str) -> str:
