@@ -55,7 +55,7 @@ from symgen.hypotheses.held import held_squares
 from symgen.hypotheses.problem import make_problem
 from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.score import TINY
-from symgen.hypotheses.search import search
+from symgen.hypotheses.search import Judge, search
 from symgen.hypotheses.stiffness import stiffnesses
 from symgen.identification.campaign import Campaign, Filtering, open_campaign
 from symgen.identification.judgement import CHANGED, SEARCH
@@ -280,14 +280,16 @@ def _search(
     campaign = case.campaign if first is None else first.campaign
     answer = campaign.answer
     X = None if case.known is None else case.known.X
-    problem = make_problem(case.evaluator, campaign.train, campaign.held, X, misfit)
-    if any(reason.kind == BROKEN for reason in answer.shown):
-        return SearchResult(problem, problem), ()
-    registry = make_registry(problem, case.source, effects)
-    start = None
-    if answer.result and effects is None and misfit == MISFIT and not case.source.sought:
-        start, problem = answer.result, answer.result.declared
-    result = search(problem, registry, case.least, progress=case.progress, start=start)
+    same = effects is None and misfit == MISFIT and not case.source.sought
+    if answer.found and same:
+        judge, start = answer.found
+    else:
+        problem = make_problem(case.evaluator, campaign.train, campaign.held, X, misfit)
+        start = SearchResult(problem, problem)
+        if any(reason.kind == BROKEN for reason in answer.shown):
+            return start, ()
+        judge = Judge(problem, make_registry(problem, case.source, effects), case.least)
+    result = search(judge, start, progress=case.progress)
     return confirm(result, case.least)
 
 

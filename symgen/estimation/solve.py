@@ -175,7 +175,7 @@ def shortest_weights(parts: Sequence[Summary]) -> FloatArray:
 
 def shortest_of(parts: Iterable[Summary], weights: FloatArray) -> FloatArray:
     """Return the shortest solution of weighted equations from their summaries, (p,)."""
-    return shortest(weighted_triangle(parts, weights))
+    return _shortest(weighted_triangle(parts, weights))
 
 
 def shortest(rows: FloatArray) -> FloatArray:
@@ -186,14 +186,21 @@ def shortest(rows: FloatArray) -> FloatArray:
     Args:
         rows: (k, p + 1).
     """
-    factor = triangle(rows)
+    return _shortest(triangle(rows))
+
+
+def _shortest(factor: FloatArray) -> FloatArray:
+    """Return the shortest solution from the triangular factor of [W y]."""
     p = factor.shape[1] - 1
     if p == 0:
         return np.zeros(0)
     scale = column_norms(factor[:, :p])
     R, y = factor[:p, :p] / scale, factor[:p, p]
-    if len(R) == p and np.linalg.cond(R, 1) * _SHORTEST < 1:  # no singular value is zero
-        return np.linalg.solve(R, y) / scale
+    if len(R) == p and R.diagonal().all():
+        inverse = np.linalg.inv(R)
+        condition = np.linalg.norm(R, 1) * np.linalg.norm(inverse, 1)
+        if condition * _SHORTEST < 1:  # no singular value is zero
+            return np.asarray(inverse @ y / scale)
     return np.linalg.lstsq(R, y, rcond=_SHORTEST)[0] / scale
 
 

@@ -16,7 +16,7 @@ from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import TIME
 from symgen.hypotheses.problem import Stage, make_problem
 from symgen.hypotheses.registry import SearchResult, make_registry
-from symgen.hypotheses.search import search
+from symgen.hypotheses.search import Judge, search
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, SHOWN, STEPS
 from symgen.robot.effect import PHYSICS
@@ -34,7 +34,7 @@ class Answer:
         delays: delays of torques, which `identify` can undo.
         contacts: contacts in training logs, whose samples `identify` can mask.
         largest_fold_error: largest torque error of a fold, predicted by the fit to the other folds.
-        result: the search; None if the error is too small for one.
+        found: the search, which can go on, and its result; None if the error is too small for one.
     """
 
     shown: tuple[Reason, ...] = ()
@@ -42,7 +42,7 @@ class Answer:
     delays: tuple[Changed, ...] = ()
     contacts: tuple[Contact, ...] = ()
     largest_fold_error: float = 0.0
-    result: SearchResult | None = None
+    found: tuple[Judge, SearchResult] | None = None
 
 
 def ask(
@@ -68,7 +68,8 @@ def ask(
     error = _largest_fold_error(stage)
     if (stage.lost < least).all():
         return Answer(largest_fold_error=error)
-    result = search(problem, make_registry(problem), least, STEPS, progress)
+    judge = Judge(problem, make_registry(problem), least)
+    result = search(judge, SearchResult(problem, problem), STEPS, progress)
     kept, weighed = confirm(result, least)
     delays = tuple(c for c in kept.changes if c.cause.delay)
     undone = (*delays, *kept.contacts)
@@ -80,7 +81,8 @@ def ask(
         # A log in which the robot changes belongs to no single state of the robot.
         fault = row.side != PHYSICS or row.pattern == TIME
         (shown if w.shown and fault else suspected).append(reason_of(w, problem.robot))
-    return Answer(tuple(shown), tuple(suspected), delays, kept.contacts, error, result)
+    found = judge, result
+    return Answer(tuple(shown), tuple(suspected), delays, kept.contacts, error, found)
 
 
 def _largest_fold_error(stage: Stage) -> float:

@@ -130,7 +130,7 @@ class FittedRows(Rows):
         reached, joints = {j for c in added for j in c}, []
         for j, s in enumerate(self.joints):
             joints.append(_of_joint(rows, j) if j in reached else _widened(s, count))
-        return _whitened(self.logs, rows, joints)
+        return _whitened(self.logs, rows, joints, 1 / self.sigma)
 
 
 def explained(rows: FittedRows, columns: Columns) -> FloatArray:
@@ -216,8 +216,19 @@ def _widened(s: Summary, count: int) -> Summary:
     return replace(s, factor=np.hstack([W, zeros, y]))
 
 
-def _whitened(logs: Sequence[FilteredLog], rows: Rows, joints: Sequence[Summary]) -> FittedRows:
-    """Solve with joints weighted by the standard deviation of their residual."""
+def _whitened(
+    logs: Sequence[FilteredLog],
+    rows: Rows,
+    joints: Sequence[Summary],
+    near: FloatArray | None = None,
+) -> FittedRows:
+    """Solve with joints weighted by the standard deviation of their residual.
+
+    Args:
+        logs: the logs of the rows.
+        rows, joints: the rows, and the summary of those of each joint.
+        near: (n,) weights of a fit with fewer columns, which save a round; None if there is none.
+    """
     y, torque = rows.y, rms(rows.y)
     count = np.maximum((rows.weight**2).sum(axis=0), 1.0)
     # A joint without torque takes its floor from the torque of all joints.
@@ -231,8 +242,9 @@ def _whitened(logs: Sequence[FilteredLog], rows: Rows, joints: Sequence[Summary]
         squares = np.array([s.rss(X) for s in joints])
         return inverse(np.sqrt(squares / count))
 
-    first = inverse(np.std(y, axis=0))
-    _, X = reweighted(partial(shortest_of, joints), weigh, first, _WHITENING)
+    first = inverse(np.std(y, axis=0)) if near is None else near
+    rounds = _WHITENING - (near is not None)
+    _, X = reweighted(partial(shortest_of, joints), weigh, first, rounds)
     known = {field.name: getattr(rows, field.name) for field in fields(Rows)}
     sigma = 1 / weigh(X)
     return FittedRows(**known, logs=tuple(logs), X=X, sigma=sigma, joints=tuple(joints))

@@ -52,28 +52,20 @@ _LOOSE = 10.0
 
 
 def search(
-    problem: Problem,
-    registry: Registry,
-    matters: float = LEAST,
+    judge: Judge,
+    start: SearchResult,
     steps: int | None = None,
     progress: Say = silent,
-    start: SearchResult | None = None,
 ) -> SearchResult:
     """Add the most probable hypothesis and drop improbable ones, until none can be added.
 
     Args:
-        problem: the model and its logs.
-        registry: the hypotheses.
-        matters: smallest torque that matters, as a part of a joint's torque. The search accepts
-            hypotheses down to the misfit, if that is smaller.
+        judge: the hypotheses, and what a search on the same logs has already computed.
+        start: the problem, without hypotheses or with those of a search with fewer steps.
         steps: largest number of hypotheses to add, without alternatives; None for no limit.
         progress: called with a text about the current trial.
-        start: the result of a search with fewer steps on the same problem, to go on with.
     """
-    # An effect that is small on the training motion may matter on other motion. `confirm` decides.
-    matters = min(matters, problem.misfit)
-    judge = _Judge(registry, matters)
-    result = start or SearchResult(problem, problem)
+    registry, matters, result = judge.registry, judge.matters, start
     visited = {frozenset[Key](), result.keys}
     options: list[Score] = []
     for count in itertools.count(1) if steps is None else range(1, steps + 1):
@@ -134,14 +126,22 @@ class _Group:
     sizes: FloatArray
 
 
-class _Judge:
+class Judge:
     """Scores the hypotheses of a registry in a model with accepted hypotheses.
 
     It stores the columns of one problem.
+
+    Attributes:
+        registry: the hypotheses.
+        matters: smallest torque that matters, as a part of a joint's torque.
     """
 
-    def __init__(self, registry: Registry, matters: float) -> None:
-        self.registry, self.matters = registry, matters
+    def __init__(self, problem: Problem, registry: Registry, matters: float = LEAST) -> None:
+        """Judge hypotheses down to the misfit of a problem, if that is smaller than `matters`."""
+        self.registry = registry
+        # An effect that is small on the training motion may matter on other motion. `confirm`
+        # decides.
+        self.matters = min(matters, problem.misfit)
         self._problem: Problem | None = None
         #: Trials of the motion, by the undone changes and by whether more than gravity is tried.
         self._moved: dict[tuple[frozenset[Key], bool], list[Changed]] = {}

@@ -48,7 +48,7 @@ def searched(campaign: Campaign, least: float) -> Campaign:
             campaign = campaign.in_new_band()
     answer = replace(answer, delays=delays, contacts=contacts)
     if delays or contacts:
-        answer = replace(answer, result=None)
+        answer = replace(answer, found=None)
     # The filter spreads masked samples slightly into the rows around them.
     if any(log.mask is not None for log in campaign.logs):
         answer = replace(answer, largest_fold_error=0.0)
