@@ -40,6 +40,11 @@ def first_of(items: Sequence[str], most: int = 8) -> str:
     return ", ".join(items[:most]) + (", ..." if len(items) > most else "")
 
 
+def shortened(written: str, length: int = 60) -> str:
+    """Shorten a text for a message."""
+    return written if len(written) <= length else f"{written[: length - 3]}..."
+
+
 def message_of(error: Exception) -> str:
     """Return the message of an exception as one line of at most 300 characters."""
     line = " ".join(str(getattr(error, "strerror", None) or error).split())

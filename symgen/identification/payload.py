@@ -19,7 +19,7 @@ import numpy as np
 from symgen import names
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import Reading
-from symgen.errors import IdentificationError, ParameterError, RobotError
+from symgen.errors import IdentificationError, ParameterError, RobotError, shortened
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import JUDGING, EquationModel
 from symgen.estimation.filtered_log import FilteredLog
@@ -38,7 +38,6 @@ from symgen.identification.parameters import KnownParameters, read_known
 from symgen.identification.solving import settle_load
 from symgen.parallel import Say, silent
 from symgen.policy import BEYOND, SHOWN
-from symgen.robot.expressions import shortened
 from symgen.robot.tables import Frame
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 
 import sympy as sp
 
-from symgen.errors import RobotError, located
+from symgen.errors import RobotError, located, shortened
 from symgen.robot import expressions
 from symgen.robot.effect import OWN, Definition, Effect, definitions, numbered
 from symgen.robot.tables import EffectTable
@@ -99,13 +99,13 @@ def of_file(
     slopes = [sp.diff(expr, s) for s in symbols]
     if not symbols or rest != 0 or any(d.has(*symbols) for d in slopes):
         raise RobotError(
-            f"key 'torque': {expressions.shortened(torque)!r} is not a sum of the coefficients of "
+            f"key 'torque': {shortened(torque)!r} is not a sum of the coefficients of "
             "'linear', each times an expression without them"
         )
     load = sp.Symbol(f"taur{joint}", real=True)
     if not all(_degree(d, load) in (0, 1) for d in slopes):
         raise RobotError(
-            f"key 'torque': {expressions.shortened(torque)!r} is not of the form "
+            f"key 'torque': {shortened(torque)!r} is not of the form "
             f"a*taur{joint} + b*abs(taur{joint}) for a coefficient that taur{joint} goes with, "
             "with a and b of positions and speeds"
         )
@@ -172,7 +172,7 @@ def from_table(
             where = "" if chosen is None else f" ({_declared_by(chosen)})"
             accepted = ", ".join(n for n, d in known.items() if d.declarable)
             raise RobotError(
-                f"key 'name': {expressions.shortened(table.name)!r} is no effect that needs no "
+                f"key 'name': {shortened(table.name)!r} is no effect that needs no "
                 f"'torque'{where}; accepted: {accepted}, or another name with a torque"
             )
         if table.linear:

@@ -19,7 +19,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from symgen.errors import ExpressionError, located
+from symgen.errors import ExpressionError, located, shortened
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)"
@@ -138,11 +138,6 @@ def check_powers(expr: sp.Expr) -> None:
     for power in expr.atoms(sp.Pow):
         if power.exp.is_number and abs(power.exp) > _MAX_EXPONENT:
             raise ExpressionError(f"accepted: powers up to {_MAX_EXPONENT}")
-
-
-def shortened(written: str, length: int = 60) -> str:
-    """Shorten a text for a message."""
-    return written if len(written) <= length else f"{written[: length - 3]}..."
 
 
 def exact(number: int | float | Decimal) -> sp.Rational:

@@ -15,9 +15,8 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import ExpressionError, RobotError, located
+from symgen.errors import ExpressionError, RobotError, located, shortened
 from symgen.robot import expressions
-from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported
 from symgen.robot.schema import per_joint
 from symgen.robot.types import Joint, Robot, joint_variable

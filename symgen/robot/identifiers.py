@@ -41,6 +41,11 @@ def fits_c(name: str) -> bool:
     return fits and name not in _KEYWORDS
 
 
+def default_prefix(robot: str, dtype: str) -> str:
+    """Return the default prefix of a package."""
+    return f"{robot}f" if dtype == "float" else robot
+
+
 def is_robot_name(name: str) -> bool:
     """Return whether a robot can have this name: NAME.h must not hide a header of C."""
     return fits_c(name) and name not in _HEADERS

@@ -1,14 +1,20 @@
-"""Robots from files of other programs, with parameter values and notes."""
+"""The texts of robots, and robots from files of other programs, with parameter values and notes.
+
+Reading a text needs no heavy import.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from symgen.errors import RobotError, message_of
-from symgen.robot.expressions import shortened
+from symgen.errors import RobotError, message_of, shortened
+from symgen.robot.builtin import library, library_text
 from symgen.robot.identifiers import MAX_NAME, is_robot_name, robot_name
-from symgen.robot.types import Robot
+
+if TYPE_CHECKING:
+    from symgen.robot.types import Robot
 
 #: File ending -> module of `symgen.robot.formats` that reads it.
 FORMATS = {".urdf": "urdf", ".xacro": "urdf", ".par": "par", ".xml": "mjcf"}
@@ -46,6 +52,24 @@ def with_name(imported: Imported, name: str) -> Imported:
         )
     notes = tuple(n for n in imported.notes if not n.endswith(f" is called {imported.robot.name}"))
     return replace(imported, robot=replace(imported.robot, name=name), notes=notes)
+
+
+def robot_text(source: str | Path) -> tuple[str, Path]:
+    """Return the text of a robot, and the path of its file, or "library robot NAME".
+
+    Args:
+        source: as for `read_robot`.
+
+    Raises:
+        RobotError: there is no such robot, or the file cannot be read.
+    """
+    if str(source) in library() and not Path(source).exists():
+        return library_text(str(source)), Path(f"library robot {source}")
+    accepted = (
+        f"accepted: a path to robot.toml, a .urdf, a .par, an MJCF (.xml), a generated package, or "
+        f"{', '.join(library())}"
+    )
+    return read_text(source, accepted)
 
 
 def read_text(source: str | Path, accepted: str) -> tuple[str, Path]:

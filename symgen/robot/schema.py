@@ -15,10 +15,9 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_typ
 
 import sympy as sp
 
-from symgen.errors import RobotError, located
+from symgen.errors import RobotError, located, shortened
 from symgen.robot import expressions
 from symgen.robot.exact_numbers import written_fraction
-from symgen.robot.expressions import shortened
 from symgen.robot.tables import ANGLE, BESIDE, NOTATION, PER_JOINT, Before, Check, JointNumber
 
 Table = TypeVar("Table")

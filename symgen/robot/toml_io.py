@@ -14,16 +14,14 @@ from typing import Annotated, Any
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError, SymgenWarning, located, message_of
+from symgen.errors import RobotError, SymgenWarning, located, message_of, shortened
 from symgen.files import load_toml
 from symgen.robot import expressions
-from symgen.robot.builtin import library, library_text
 from symgen.robot.declared_effects import from_table
 from symgen.robot.effect import MAX_RANGES, Effect, Sought
 from symgen.robot.exact_numbers import written_fraction
-from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import MAX_NAME, is_robot_name
-from symgen.robot.imported import FORMATS, Imported, read_text
+from symgen.robot.imported import FORMATS, Imported, read_text, robot_text
 from symgen.robot.loop_check import require_closed
 from symgen.robot.schema import TableReader, keys, require_keys
 from symgen.robot.tables import (
@@ -79,13 +77,7 @@ def read_robot(source: Robot | str | Path) -> Robot:
     """
     if isinstance(source, Robot):
         return source
-    accepted = (
-        f"accepted: a path to robot.toml, a .urdf, a .par, an MJCF (.xml), a generated package, or "
-        f"{', '.join(library())}"
-    )
-    if str(source) in library() and not Path(source).exists():
-        return parse_robot(library_text(str(source)), f"library robot {source}")
-    text, path = read_text(source, accepted)
+    text, path = robot_text(source)
     if path.suffix.lower() not in FORMATS:
         return parse_robot(text, str(path))
     imported = parse_imported(text, path)

@@ -19,7 +19,7 @@ from typing import Annotated
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError
+from symgen.errors import RobotError, shortened
 from symgen.files import html_table
 from symgen.robot import expressions
 from symgen.robot.effect import Effect, Named, Sought, distinct
@@ -208,7 +208,7 @@ class Robot:
         return [
             (
                 str(j.number),
-                expressions.shortened(j.name, _SHOWN),
+                shortened(j.name, _SHOWN),
                 str(j.sigma),
                 str(j.antecedent),
                 *(_short(getattr(j, key)) for key in LENGTHS),
@@ -241,9 +241,9 @@ class Robot:
         for frame in self.frames:
             if frame.name == name:
                 return frame
-        known = ", ".join(expressions.shortened(f.name) for f in self.frames[:24])
+        known = ", ".join(shortened(f.name) for f in self.frames[:24])
         raise RobotError(
-            f"robot {self.name!r}: there is no frame {expressions.shortened(name)!r}; accepted: "
+            f"robot {self.name!r}: there is no frame {shortened(name)!r}; accepted: "
             f"{known or 'frames of an imported URDF or MJCF, or [[frame]] of the robot file'}"
         )
 

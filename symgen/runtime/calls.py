@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 
 from symgen.codegen.kernel import LINK, Argument, Kernel
 from symgen.data.raw import FloatArray as FloatArray
-from symgen.errors import ParameterError
+from symgen.errors import ParameterError, shortened
 from symgen.names import BASE
-from symgen.robot.expressions import shortened
 
 NOT_POSITIVE_DEFINITE = 1  # as in NAME.h; the status of a batch has the bits of all its samples
 NOT_FINITE = 2

@@ -14,12 +14,11 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError, first_of, located
+from symgen.errors import RobotError, first_of, located, shortened
 from symgen.robot import dh, exact_numbers
 from symgen.robot.body import Array, Body, inverse, pose, screw, turn
 from symgen.robot.dh import Line
 from symgen.robot.exact_numbers import context
-from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import robot_name
 from symgen.robot.imported import Imported
 from symgen.robot.tables import Drive, Frame, Limits

@@ -23,14 +23,21 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.errors import ParameterError, RobotError, first_of, located, message_of, plain
+from symgen.errors import (
+    ParameterError,
+    RobotError,
+    first_of,
+    located,
+    message_of,
+    plain,
+    shortened,
+)
 from symgen.robot import expressions
 from symgen.robot.body import COUPLING, FloatArray
 from symgen.robot.declared_effects import of_library
 from symgen.robot.dh import turned_by
 from symgen.robot.effect import definitions
 from symgen.robot.exact_numbers import TOLERANCE, angle, context
-from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Mimic, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.mjcf_torques import LINEAR, disabling, equality, quiet, unread
 from symgen.robot.formats.xml import parse_xml

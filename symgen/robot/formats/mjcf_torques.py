@@ -16,11 +16,10 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError
+from symgen.errors import RobotError, shortened
 from symgen.robot import dh
 from symgen.robot.body import FloatArray, pseudo_inertia
 from symgen.robot.exact_numbers import TOLERANCE
-from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported
 from symgen.robot.types import Joint, Robot
 

@@ -12,8 +12,7 @@ import json
 import re
 from pathlib import Path
 
-from symgen.errors import RobotError, located
-from symgen.robot.expressions import shortened
+from symgen.errors import RobotError, located, shortened
 from symgen.robot.identifiers import robot_name
 from symgen.robot.imported import Imported
 from symgen.robot.toml_io import parse_robot

@@ -23,11 +23,10 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
+from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located, shortened
 from symgen.robot import dh, expressions
 from symgen.robot.body import Body, Dynamics, JointDynamics, merge_bodies
 from symgen.robot.exact_numbers import context
-from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import (
     ORIGIN,
     Chain,
