@@ -259,20 +259,18 @@ def _marked(content: bytes, suffix: str) -> bytes:
     return rest + mark.encode()
 
 
-def replace_in_one_step(path: Path, content: bytes, mode: int = 0o666) -> None:
+def replace_in_one_step(path: Path, content: bytes) -> None:
     """Write a file under a temporary name in the same folder, and rename it.
 
     Args:
         path: path of the file.
         content: content of the file.
-        mode: permissions of the file, before the user's umask.
 
     Raises:
         OSError: the file cannot be written.
     """
     with _temporary_folder(path.parent) as part:
         fresh = part / path.name
-        fresh.touch(mode)
         fresh.write_bytes(content)
         os.replace(fresh, path)
 
@@ -378,8 +376,15 @@ def _environment(folder: str) -> jinja2.Environment:
     """Return the cached Jinja environment of a folder of templates."""
     import jinja2
 
+    source = templates() / folder
+    bytecode = None
+    if os.access(source, os.W_OK) and not sys.dont_write_bytecode:
+        compiled = source / "__pycache__"  # as Python keeps its modules
+        compiled.mkdir(exist_ok=True)
+        bytecode = jinja2.FileSystemBytecodeCache(str(compiled), "%s.pyc")
     return jinja2.Environment(
-        loader=jinja2.FileSystemLoader(templates() / folder),
+        loader=jinja2.FileSystemLoader(source),
+        bytecode_cache=bytecode,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

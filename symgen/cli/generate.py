@@ -1,9 +1,13 @@
-"""The command `generate`: the model of a robot as a package."""
+"""The command `generate`: the model of a robot as a package.
+
+A package is kept in the cache, so that a second run with the same robot only writes it.
+"""
 
 from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +15,7 @@ import click
 
 from symgen.cli.options import DTYPES, EXACT, PATH, ROBOT, TARGETS, split_list
 from symgen.cli.progress import meter, say_progress
-from symgen.report.terminal import print_model, say
+from symgen.report.terminal import say, table
 
 #: Approximate share of the time for derivation; proof and writing take the rest.
 _DERIVING = 0.6
@@ -63,34 +67,64 @@ def generate(
     built-in robot. With --check, the exit code is 0 where the package is equal, 1 where it is not.
     """
     import symgen
-    from symgen.codegen.kernels import ALL, KERNELS
-    from symgen.codegen.package import default_prefix
-    from symgen.files import RECORD, check_replaceable
-    from symgen.identification.parameters import read_values
+    from symgen.codegen.derivations import Derivations
+    from symgen.files import RECORD, check_replaceable, write_folder
+    from symgen.robot.identifiers import default_prefix
+    from symgen.robot.imported import FORMATS, robot_text
 
-    source = symgen.read_robot(robot)
-    source = replace(source, exact=exact or source.exact)
-    folder = into or Path("generated") / (prefix or default_prefix(source.name, dtype))
-    if check is None:
-        check_replaceable(folder, "manifest.json")
-    asked = () if kernels == "all" else split_list(kernels)
-    about = [name for name, d in KERNELS.items() if standard and d.standard]
-    chosen = tuple(dict.fromkeys([*(asked or ALL), *about]))
-    named = chosen if asked else None  # "all" means the kernels that the robot has
-    say_progress(f"deriving {source.name}")
-    with meter("deriving") as advance:
-        model = symgen.derive(source, chosen, meter=lambda part: advance(_DERIVING * part))
-        values = None if parameters is None else read_values(parameters, model)
-        tree = symgen.generate(
-            model, dtype=dtype, kernels=named, prefix=prefix, values=values, **options
-        )
+    source = None
+    content, path = robot_text(robot)
+    if path.suffix.lower() in FORMATS:  # it can include other files
+        source = symgen.read_robot(robot)
+        content = symgen.robot_toml(source)
+    request = content, dtype, kernels, prefix, standard, exact, options
+    kept = Derivations.by(repr(request)) if parameters is None else Derivations(None)
+
+    @cache  # once: before the derivation, or for a package from the cache
+    def begin(name: str) -> Path:
+        folder = into or Path("generated") / (prefix or default_prefix(name, dtype))
+        if check is None:
+            check_replaceable(folder, "manifest.json")
+        say_progress(f"deriving {name}")
+        return folder
+
+    def derived() -> tuple[Any, ...]:
+        from symgen.codegen.kernels import ALL, KERNELS
+        from symgen.codegen.package import summary
+
+        robot = source or symgen.parse_robot(content, str(path))
+        begin(robot.name)
+        asked = () if kernels == "all" else split_list(kernels)
+        about = [name for name, d in KERNELS.items() if standard and d.standard]
+        chosen = tuple(dict.fromkeys([*(asked or ALL), *about]))
+        named = chosen if asked else None  # "all" means the kernels that the robot has
+        with meter("deriving") as advance:
+            model = symgen.derive(
+                replace(robot, exact=exact or robot.exact),
+                chosen,
+                meter=lambda part: advance(_DERIVING * part),
+            )
+            values = None
+            if parameters is not None:
+                from symgen.identification.parameters import read_values
+
+                values = read_values(parameters, model)
+            tree = symgen.generate(
+                model, dtype=dtype, kernels=named, prefix=prefix, values=values, **options
+            )
+        return robot.name, tree.files, model.base.table, summary(model)
+
+    name, files, rows, lines = kept.have("package", derived)
+    folder = begin(name)
     if check is not None:
         paths = [path for path in check.rglob("*") if path.is_file()]
         there = {path.relative_to(check).as_posix(): path.read_bytes() for path in paths}
-        different = {name for name, _ in tree.files.items() ^ there.items()} - {RECORD}
+        different = {name for name, _ in files.items() ^ there.items()} - {RECORD}
         for name in sorted(different):
             say(name)
         sys.exit(bool(different))
-    symgen.write_package(tree, folder)
-    print_model(model)
-    say(f"written: {folder} ({len(tree.files)} files)")
+    write_folder(folder, files, "manifest.json")
+    table(("base parameter", "formula", "unit"), rows)
+    for line in lines:
+        click.echo(line)
+    say(f"written: {folder} ({len(files)} files)")

@@ -24,7 +24,7 @@ from symgen.codegen.values import Values
 from symgen.codegen.verification import DIGITS, SEED, TOLERANCE
 from symgen.errors import PackageError
 from symgen.files import json_text, write_folder
-from symgen.robot.identifiers import is_robot_name
+from symgen.robot.identifiers import default_prefix, is_robot_name
 from symgen.robot.tables import Frame
 from symgen.robot.toml_text import robot_toml
 from symgen.symbolic.base_parameters import bound
@@ -91,6 +91,23 @@ def generate(
     return SourceTree(name, dict(sorted(files.items())))
 
 
+def summary(model: Model) -> list[str]:
+    """Return lines on the proof of the base parameters, and on the kernels."""
+    base = model.base
+    lines = [
+        f"no effect: {', '.join(base.no_effect) or 'none'}",
+        f"{len(base.parameters)} base parameters of {len(base.standard)} standard ones "
+        f"({base.inertial} inertial, bound {bound(model.robot)}); exact rank {base.proof.rank} "
+        f"modulo {' and '.join(map(str, base.proof.primes))}",
+    ]
+    if base.nominal is not None:
+        lines.append(base.nominal.text)
+    for kernel in model.kernels:
+        o = kernel.tape.operations
+        lines.append(f"{kernel.name}: {o.mul} mul, {o.add} add, {o.div} div, {o.sincos} sincos")
+    return lines
+
+
 def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
     """Return the kernels to write."""
     known = [k.name for k in model.kernels]
@@ -115,11 +132,6 @@ def _targets(target: str) -> tuple[str, ...]:
     if target not in TARGETS:
         raise PackageError(f"target {target!r}; accepted: {', '.join(TARGETS)}, all")
     return (*TARGETS[target].BUILDS_ON, target)
-
-
-def default_prefix(robot: str, dtype: str) -> str:
-    """Return the default prefix of a package."""
-    return f"{robot}f" if dtype == "float" else robot
 
 
 def write_package(tree: SourceTree, folder: str | Path) -> None:

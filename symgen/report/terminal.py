@@ -6,7 +6,7 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -131,29 +131,6 @@ def print_robot(robot: Robot) -> None:
     from symgen.robot.types import HEADER
 
     table(HEADER, robot.table())
-
-
-def print_model(model: Any) -> None:
-    """Print the base parameters with their formulas and proof, and the kernels."""
-    from symgen.robot.expressions import six_digits
-    from symgen.symbolic.base_parameters import bound
-
-    base = model.base
-    table(
-        ("base parameter", "formula", "unit"),
-        [(p.name, six_digits(p.expression), p.unit) for p in base.parameters],
-    )
-    click.echo(f"no effect: {', '.join(base.no_effect) or 'none'}")
-    click.echo(
-        f"{len(base.parameters)} base parameters of {len(base.standard)} standard ones "
-        f"({base.inertial} inertial, bound {bound(model.robot)}); exact rank {base.proof.rank} "
-        f"modulo {' and '.join(map(str, base.proof.primes))}"
-    )
-    if base.nominal is not None:
-        click.echo(base.nominal.text)
-    for kernel in model.kernels:
-        o = kernel.tape.operations
-        click.echo(f"{kernel.name}: {o.mul} mul, {o.add} add, {o.div} div, {o.sincos} sincos")
 
 
 def print_simulation(done: Simulation, robot: Robot) -> None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symgen.cache import digest
 from symgen.codegen.backends import c
 from symgen.codegen.backends.casadi import casadi_functions
 from symgen.codegen.derivations import Derivations
@@ -217,7 +218,9 @@ def _say_once(message: str) -> None:
 
 
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
-    sources = Derivations.of(model.robot).sources(model.kernels, lambda: c.functions(model))
+    kernels = digest(*(kernel.name for kernel in model.kernels))
+    kept = Derivations.of(model.robot)
+    sources = kept.have(f"sources-{kernels[:16]}", lambda: c.functions(model))
     name = model.robot.name
     declarations = "\n".join(line for k in model.kernels for line in k.prototypes(name, "double"))
     module = build_module(sources, declarations, compiler, kernel_flags(compiler))

@@ -159,8 +159,12 @@ class BaseParameters:
         return f"<BaseParameters: {len(self.parameters)} of {len(self.standard)} standard ones>"
 
     def _repr_html_(self) -> str:
-        rows = [(p.name, six_digits(p.expression), p.unit) for p in self.parameters]
-        return html_table(repr(self), ("base parameter", "formula", "unit"), rows)
+        return html_table(repr(self), ("base parameter", "formula", "unit"), self.table)
+
+    @property
+    def table(self) -> list[tuple[str, str, str]]:
+        """Name, formula and unit of each base parameter."""
+        return [(p.name, six_digits(p.expression), p.unit) for p in self.parameters]
 
     @property
     def inertial(self) -> int:
