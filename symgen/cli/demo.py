@@ -11,7 +11,7 @@ from symgen.cli.options import into
 from symgen.cli.progress import stages
 from symgen.report.terminal import say
 
-_STEPS = {"simulating": 0.05, "identifying": 0.2, "diagnosing": 0.4, "finishing": 0.8}
+_STEPS = {"simulating": 0.05, "identifying": 0.3, "finishing": 0.85}
 _MARKER = "diagnosis/diagnosis.json"
 
 

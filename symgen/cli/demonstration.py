@@ -49,11 +49,13 @@ def true_parameters() -> dict[str, float]:
     found = {f"K{JOINT}": STIFFNESS}
     for j, (mass, at, radius, drive) in enumerate(_LINKS, start=1):
         c = np.array(at)
-        about = mass * ((0.4 * radius**2 + c @ c) * np.eye(3) - np.outer(c, c))
+        size = 0.4 * radius**2 + c @ c
+        about = mass * (size * np.eye(3) - np.outer(c, c))
         inertia = zip(("XX", "XY", "XZ", "YY", "YZ", "ZZ"), about[np.triu_indices(3)], strict=True)
         moments = zip(("MX", "MY", "MZ"), mass * c, strict=True)
         drives = zip(("IA", "FS", "FV"), drive, strict=True)
-        found |= {f"{key}{j}": float(x) for key, x in (*inertia, *moments, *drives, ("M", mass))}
+        named = (*inertia, *moments, *drives, ("M", mass))
+        found |= {f"{key}{j}": float(x) for key, x in named}
     return found
 
 
@@ -63,25 +65,22 @@ class Demonstration:
 
     Attributes:
         logs: training and validation log, with different motions.
-        before: the estimate with the original robot file.
-        why: the diagnosis.
-        after: the estimate with the effects of the diagnosis.
+        why: the diagnosis, with the estimates before and after it.
     """
 
     logs: tuple[Simulation, Simulation]
-    before: Estimate
     why: Diagnosis
-    after: Estimate
 
     def files(self) -> dict[str, bytes]:
         """Return the robot file, the logs and the folders of results."""
         from symgen import parse_robot
         from symgen.report.store import Result, result_files
 
+        before, after = self.why.estimates
         results: dict[str, tuple[Result, Robot | None]] = {
-            "identified": (self.before, parse_robot(FILE)),
+            "identified": (before, parse_robot(FILE)),
             "diagnosis": (self.why, None),
-            "better": (self.after, self.why.extended),
+            "better": (after, self.why.extended),
         }
         inside = {
             f"{folder}/{name}": content
@@ -97,11 +96,12 @@ class Demonstration:
 
     def lines(self) -> Iterator[str]:
         """Yield the lines for the terminal, step by step."""
+        before, after = self.why.estimates
         logs = "train.csv --validation test.csv"
         yield f"A simulated 7-axis arm has a spring of {STIFFNESS:g} N m/rad on joint {JOINT}."
         yield "robot.toml does not declare it."
         yield f"1. symgen identify robot.toml {logs} --into identified"
-        yield f"   {_said(self.before)}"
+        yield f"   {_said(before)}"
         yield f"2. symgen diagnose robot.toml {logs} --into diagnosis"
         for effect in self.why.effects:
             found = ", ".join(
@@ -111,7 +111,7 @@ class Demonstration:
             )
             yield f"   {effect.name} on {on_joints(effect.joints, self.why.extended)}: {found}"
         yield f"3. symgen identify diagnosis/robot.toml {logs} --into better"
-        yield f"   {_said(self.after)}"
+        yield f"   {_said(after)}"
         yield "4. symgen generate diagnosis/robot.toml --into diagnosis/generated"
 
 
@@ -126,7 +126,9 @@ def _error(estimate: Estimate) -> float:
 
 
 def demonstrate(told: Callable[[str], None]) -> Demonstration:
-    """Simulate the arm with its spring; identify and diagnose it without the spring.
+    """Simulate the arm with its spring; diagnose it without the spring.
+
+    The diagnosis identifies the arm before and after.
 
     Args:
         told: called with a text about the current step.
@@ -151,10 +153,7 @@ def demonstrate(told: Callable[[str], None]) -> Demonstration:
     logs, held = (
         [replace(run.log(), name=name)] for run, name in zip((train, test), LOGS, strict=True)
     )
-    told("identifying the arm that robot.toml describes")
-    before = symgen.identify(known, logs, validation=held)
-    told("diagnosing what robot.toml does not declare")
+    told("identifying the arm, and diagnosing what robot.toml does not declare")
     why = symgen.diagnose(known, logs, validation=held)
-    told("finishing: the arm with what was found")
-    after = symgen.identify(why.extended, logs, validation=held)
-    return Demonstration((train, test), before, why, after)
+    told("finishing: the pages, and the code of the arm with what was found")
+    return Demonstration((train, test), why)

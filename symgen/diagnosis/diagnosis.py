@@ -14,6 +14,7 @@ from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.mended import MendedChannel
+from symgen.identification.estimate import Estimate
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.schemas import (
@@ -187,6 +188,8 @@ class Diagnosis(Viewable):
         mended: the channels that repairs changed most, for plots.
         band: filters of the logs.
         command: the command to run next; "" if there is none.
+        estimates: what `identify` finds for the declared and for the extended robot on these logs;
+            () with fixed parameters.
     """
 
     GONE: ClassVar = ("replay", "free_functions", "energy")
@@ -220,6 +223,7 @@ class Diagnosis(Viewable):
     mended: Annotated[tuple[MendedChannel, ...], BESIDE] = ()
     band: Annotated[Band | None, BESIDE] = None
     command: Annotated[str, BESIDE] = ""
+    estimates: Annotated[tuple[Estimate, ...], BESIDE] = ()
 
     def __repr__(self) -> str:
         """Return robot, verdict and the gap before and after."""

@@ -492,6 +492,7 @@ def _conclude(case: _Case, first: Identified | None, adopted: Adopted) -> Diagno
         repairs=last.repairs,
         mended=() if first is None else _mended(case, first.campaign),
         band=last.band,
+        estimates=tuple(x.estimate for x in (first, gaps.promised) if x is not None),
     )
     return with_stiffness(diagnosis, robot, stiffnesses(result.problem.base))
 

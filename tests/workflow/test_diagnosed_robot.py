@@ -38,6 +38,16 @@ def test_predict_takes_its_folder_and_says_the_same_number(written) -> None:
         assert prediction.noise.relative <= prediction.moving.relative
 
 
+@pytest.mark.parametrize("place", [0, 1], ids=["before", "after"])
+def test_its_estimates_are_those_of_identify(written, place) -> None:
+    found, _, _ = written
+    case = stored(CASE)
+    robot = (case.robot, found.extended)[place]
+    train, test = made("train", case.train), made("test", case.test)
+    again = symgen.identify(robot, [train], validation=[test])
+    assert again.to_json() == found.estimates[place].to_json()
+
+
 def test_its_parameters_carry_the_band(written) -> None:
     found, folder, test = written
     band = tomllib.loads((folder / "parameters.toml").read_text())["band"]
