@@ -4,7 +4,7 @@
  */
 #include "planar2r.h"
 
-int planar2r_add_body(double X[4], size_t link, double mass, const double com[3], const double inertia[6])
+planar2r_IN_SECTION int planar2r_add_body(double X[4], size_t link, double mass, const double com[3], const double inertia[6])
 {
     int status = planar2r_NO_SUCH_LINK;
     if ((link >= 1u) && (link <= 2u)) {

@@ -4,7 +4,7 @@
  */
 #include "planar2r.h"
 
-void planar2r_base_parameters(const double standard[20], double X[4])
+planar2r_IN_SECTION void planar2r_base_parameters(const double standard[20], double X[4])
 {
     const double cZZ1R_M2 = 0.25;
     X[1] = standard[15];

@@ -4,7 +4,7 @@
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_bias_torque(const double q[2], const double qd[2], const double X[4], double h[2])
+planar2r_IN_SECTION void planar2r_bias_torque(const double q[2], const double qd[2], const double X[4], double h[2])
 {
     const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double C2 = q_1.c[0];

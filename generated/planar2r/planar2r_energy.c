@@ -4,7 +4,7 @@
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_energy(const double q[2], const double qd[2], const double X[4], double T_out[1], double U_out[1])
+planar2r_IN_SECTION void planar2r_energy(const double q[2], const double qd[2], const double X[4], double T_out[1], double U_out[1])
 {
     U_out[0] = 0.0;
     const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);

@@ -8,7 +8,7 @@
 #endif
 #include "planar2r_math.h"
 
-int planar2r_forward_dynamics(const double q[2], const double qd[2], const double tau[2], const double X[4], double qdd[2])
+planar2r_IN_SECTION int planar2r_forward_dynamics(const double q[2], const double qd[2], const double tau[2], const double X[4], double qdd[2])
 {
     const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double C2 = q_1.c[0];

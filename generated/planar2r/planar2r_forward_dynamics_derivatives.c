@@ -8,7 +8,7 @@
 #endif
 #include "planar2r_math.h"
 
-int planar2r_forward_dynamics_derivatives(const double q[2], const double qd[2], const double tau[2], const double X[4], double dq_out[4], double dqd_out[4], double dtau_out[4])
+planar2r_IN_SECTION int planar2r_forward_dynamics_derivatives(const double q[2], const double qd[2], const double tau[2], const double X[4], double dq_out[4], double dqd_out[4], double dtau_out[4])
 {
     dq_out[0] = 0.0;
     dq_out[2] = 0.0;

@@ -4,7 +4,7 @@
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_frames(const double q[2], double T_out[32])
+planar2r_IN_SECTION void planar2r_frames(const double q[2], double T_out[32])
 {
     T_out[2] = 0.0;
     T_out[3] = 0.0;

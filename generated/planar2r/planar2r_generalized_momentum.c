@@ -4,7 +4,7 @@
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_generalized_momentum(const double q[2], const double qd[2], const double X[4], double p_out[2], double rate_out[2])
+planar2r_IN_SECTION void planar2r_generalized_momentum(const double q[2], const double qd[2], const double X[4], double p_out[2], double rate_out[2])
 {
     rate_out[0] = 0.0;
     const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);

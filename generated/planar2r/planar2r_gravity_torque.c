@@ -3,7 +3,7 @@
  */
 #include "planar2r.h"
 
-void planar2r_gravity_torque(const double q[2], const double X[4], double tau[2])
+planar2r_IN_SECTION void planar2r_gravity_torque(const double q[2], const double X[4], double tau[2])
 {
     (void)q;
     (void)X;

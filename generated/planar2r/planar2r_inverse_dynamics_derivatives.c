@@ -4,7 +4,7 @@
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_inverse_dynamics_derivatives(const double q[2], const double qd[2], const double qdd[2], const double X[4], double dq_out[4], double dqd_out[4])
+planar2r_IN_SECTION void planar2r_inverse_dynamics_derivatives(const double q[2], const double qd[2], const double qdd[2], const double X[4], double dq_out[4], double dqd_out[4])
 {
     dq_out[0] = 0.0;
     dq_out[2] = 0.0;

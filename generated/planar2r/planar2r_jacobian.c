@@ -4,7 +4,7 @@
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_jacobian(const double q[2], double J_out[12])
+planar2r_IN_SECTION void planar2r_jacobian(const double q[2], double J_out[12])
 {
     J_out[1] = 0.0;
     J_out[3] = 0.0;

@@ -4,7 +4,7 @@
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-int planar2r_link_jacobian(const double q[2], size_t link, const double point[3], double J[12])
+planar2r_IN_SECTION int planar2r_link_jacobian(const double q[2], size_t link, const double point[3], double J[12])
 {
     int status = planar2r_NO_SUCH_LINK;
     if ((link >= 1u) && (link <= 2u)) {

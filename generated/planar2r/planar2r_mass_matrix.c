@@ -4,7 +4,7 @@
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_mass_matrix(const double q[2], const double X[4], double M[4])
+planar2r_IN_SECTION void planar2r_mass_matrix(const double q[2], const double X[4], double M[4])
 {
     M[3] = X[1];
     const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);

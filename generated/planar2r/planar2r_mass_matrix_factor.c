@@ -9,7 +9,7 @@
 #endif
 #include "planar2r_math.h"
 
-int planar2r_mass_matrix_factor(const double q[2], const double X[4], double L_out[4], double D_out[2])
+planar2r_IN_SECTION int planar2r_mass_matrix_factor(const double q[2], const double X[4], double L_out[4], double D_out[2])
 {
     L_out[2] = 0.0;
     L_out[0] = 1.0;

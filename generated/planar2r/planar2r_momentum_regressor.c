@@ -4,7 +4,7 @@
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_momentum_regressor(const double q[2], const double qd[2], double p_out[8], double dl_out[8])
+planar2r_IN_SECTION void planar2r_momentum_regressor(const double q[2], const double qd[2], double p_out[8], double dl_out[8])
 {
     p_out[4] = 0.0;
     p_out[0] = qd[0];

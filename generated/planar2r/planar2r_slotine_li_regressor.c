@@ -4,7 +4,7 @@
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_slotine_li_regressor(const double q[2], const double qd[2], const double qdr[2], const double qddr[2], double out[8])
+planar2r_IN_SECTION void planar2r_slotine_li_regressor(const double q[2], const double qd[2], const double qdr[2], const double qddr[2], double out[8])
 {
     out[4] = 0.0;
     out[0] = qddr[0];

@@ -4,7 +4,7 @@
  */
 #include "puma560.h"
 
-int puma560_add_body(double X[52], size_t link, double mass, const double com[3], const double inertia[6])
+puma560_IN_SECTION int puma560_add_body(double X[52], size_t link, double mass, const double com[3], const double inertia[6])
 {
     int status = puma560_NO_SUCH_LINK;
     if ((link >= 1u) && (link <= 6u)) {

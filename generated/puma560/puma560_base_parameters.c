@@ -7,7 +7,7 @@
  */
 #include "puma560.h"
 
-void puma560_base_parameters(const double standard[78], double X[52])
+puma560_IN_SECTION void puma560_base_parameters(const double standard[78], double X[52])
 {
     const double cZZ1R_MZ2 = 0.487;
     const double cZZ1R_M2 = 0.05929225;

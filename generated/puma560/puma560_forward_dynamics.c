@@ -8,7 +8,7 @@
 #endif
 #include "puma560_math.h"
 
-int puma560_forward_dynamics(const double q[6], const double qd[6], const double tau[6], const double X[52], double qdd[6])
+puma560_IN_SECTION int puma560_forward_dynamics(const double q[6], const double qd[6], const double tau[6], const double X[52], double qdd[6])
 {
     const double gz = 9.81;
     const puma560_angles4 q_1 = puma560_sincos4(&q[1]);

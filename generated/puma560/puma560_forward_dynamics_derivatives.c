@@ -8,7 +8,7 @@
 #endif
 #include "puma560_math.h"
 
-int puma560_forward_dynamics_derivatives(const double q[6], const double qd[6], const double tau[6], const double X[52], double dq_out[36], double dqd_out[36], double dtau_out[36])
+puma560_IN_SECTION int puma560_forward_dynamics_derivatives(const double q[6], const double qd[6], const double tau[6], const double X[52], double dq_out[36], double dqd_out[36], double dtau_out[36])
 {
     const double gz = 9.81;
     dq_out[0] = 0.0;

@@ -4,7 +4,7 @@
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_frames(const double q[6], double T_out[96])
+puma560_IN_SECTION void puma560_frames(const double q[6], double T_out[96])
 {
     T_out[2] = 0.0;
     T_out[3] = 0.0;

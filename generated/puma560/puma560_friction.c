@@ -3,7 +3,7 @@
  */
 #include "puma560.h"
 
-void puma560_friction(const double qd[6], const double X[52], double tau[6])
+puma560_IN_SECTION void puma560_friction(const double qd[6], const double X[52], double tau[6])
 {
     const double sFS1 = (double)((qd[0] > 0.0) - (qd[0] < 0.0));
     const double sFS2 = (double)((qd[1] > 0.0) - (qd[1] < 0.0));

@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-void puma560_friction_power(const double q[6], const double qd[6], double out[12])
+puma560_IN_SECTION void puma560_friction_power(const double q[6], const double qd[6], double out[12])
 {
     (void)q;
     const double DFS1 = fabs(qd[0]);

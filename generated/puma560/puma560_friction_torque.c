@@ -3,7 +3,7 @@
  */
 #include "puma560.h"
 
-void puma560_friction_torque(const double q[6], const double qd[6], double out[72])
+puma560_IN_SECTION void puma560_friction_torque(const double q[6], const double qd[6], double out[72])
 {
     (void)q;
     for (size_t i = 2u; i < 14u; i += 4u) {

@@ -4,7 +4,7 @@
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_generalized_momentum(const double q[6], const double qd[6], const double X[40], double p_out[6], double rate_out[6])
+puma560_IN_SECTION void puma560_generalized_momentum(const double q[6], const double qd[6], const double X[40], double p_out[6], double rate_out[6])
 {
     const double gz = 9.81;
     const puma560_angles4 q_1 = puma560_sincos4(&q[1]);

@@ -4,7 +4,7 @@
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_inverse_dynamics_derivatives(const double q[6], const double qd[6], const double qdd[6], const double X[52], double dq_out[36], double dqd_out[36])
+puma560_IN_SECTION void puma560_inverse_dynamics_derivatives(const double q[6], const double qd[6], const double qdd[6], const double X[52], double dq_out[36], double dqd_out[36])
 {
     const double gz = 9.81;
     dq_out[0] = 0.0;

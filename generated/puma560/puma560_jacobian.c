@@ -4,7 +4,7 @@
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_jacobian(const double q[6], double J_out[36])
+puma560_IN_SECTION void puma560_jacobian(const double q[6], double J_out[36])
 {
     J_out[3] = 0.0;
     J_out[4] = 0.0;

@@ -4,7 +4,7 @@
 #include "puma560.h"
 #include "puma560_math.h"
 
-int puma560_link_drift(const double q[6], const double qd[6], size_t link, const double point[3], double a[6])
+puma560_IN_SECTION int puma560_link_drift(const double q[6], const double qd[6], size_t link, const double point[3], double a[6])
 {
     int status = puma560_NO_SUCH_LINK;
     if ((link >= 1u) && (link <= 6u)) {

@@ -4,7 +4,7 @@
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_mass_matrix(const double q[6], const double X[40], double M[36])
+puma560_IN_SECTION void puma560_mass_matrix(const double q[6], const double X[40], double M[36])
 {
     const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
     const puma560_angles1 q_5 = puma560_sincos1(&q[5]);

@@ -9,7 +9,7 @@
 #endif
 #include "puma560_math.h"
 
-int puma560_mass_matrix_factor(const double q[6], const double X[40], double L_out[36], double D_out[6])
+puma560_IN_SECTION int puma560_mass_matrix_factor(const double q[6], const double X[40], double L_out[36], double D_out[6])
 {
     L_out[6] = 0.0;
     L_out[12] = 0.0;

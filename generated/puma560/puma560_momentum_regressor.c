@@ -4,7 +4,7 @@
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_momentum_regressor(const double q[6], const double qd[6], double p_out[240], double dl_out[240])
+puma560_IN_SECTION void puma560_momentum_regressor(const double q[6], const double qd[6], double p_out[240], double dl_out[240])
 {
     const double gz = 9.81;
     p_out[5] = 0.0;

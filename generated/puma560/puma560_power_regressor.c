@@ -6,7 +6,7 @@
 
 #include <math.h>
 
-void puma560_power_regressor(const double q[6], const double qd[6], const double qdd[6], double out[52])
+puma560_IN_SECTION void puma560_power_regressor(const double q[6], const double qd[6], const double qdd[6], double out[52])
 {
     const double gz = 9.81;
     const puma560_angles4 q_1 = puma560_sincos4(&q[1]);

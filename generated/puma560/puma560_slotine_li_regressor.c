@@ -4,7 +4,7 @@
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_slotine_li_regressor(const double q[6], const double qd[6], const double qdr[6], const double qddr[6], double out[312])
+puma560_IN_SECTION void puma560_slotine_li_regressor(const double q[6], const double qd[6], const double qdr[6], const double qddr[6], double out[312])
 {
     const double gz = 9.81;
     out[15] = 0.0;

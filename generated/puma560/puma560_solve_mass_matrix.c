@@ -8,7 +8,7 @@
 #endif
 #include "puma560_math.h"
 
-int puma560_solve_mass_matrix(const double q[6], const double b[6], const double X[40], double x[6])
+puma560_IN_SECTION int puma560_solve_mass_matrix(const double q[6], const double b[6], const double X[40], double x[6])
 {
     const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
     const puma560_angles1 q_5 = puma560_sincos1(&q[5]);

@@ -16,7 +16,7 @@ def readme(package: Package) -> str:
     """Return README.md: build, geometry, base parameters, operations, deviations."""
     robot, base = package.model.robot, package.model.base
     panels = (f"{k.name}_panels" for k in package.kernels if panelled(k))
-    stems = (*(k.name for k in package.kernels), *panels, *package.runtime)
+    stems = (*(k.name for k in package.kernels), *panels, *package.runtime, "warm")
     c = "c" in package.targets
     start = f"{package.name}_" if c else ""
     effects = [(_markdown(e.name), e.joint, text(e.torque), e.nonlinear) for e in robot.effects]

@@ -13,7 +13,7 @@
 #include <math.h>
 {% endif %}
 
-{{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
+{{ name }}_IN_SECTION {{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
 {
 {% if k.links %}
     int status = {{ name }}_NO_SUCH_LINK;

@@ -63,6 +63,20 @@ enum {
     {{ name }}_{{ parameter }} = {{ loop.index0 }}{{ "" if loop.last else "," }}
 {% endfor %}
 };
+
+/* Kernels of one sample stand in one section, with gcc and clang on Linux. */
+#if defined(__GNUC__) && defined(__ELF__) && defined(__linux__)
+#define {{ name }}_CODE_SECTION "{{ name }}_code"
+#define {{ name }}_IN_SECTION __attribute__((section({{ name }}_CODE_SECTION), noinline))
+#else
+#define {{ name }}_IN_SECTION
+#endif
+
+/* Read the code of the linked kernels of one sample into the cache. Call it where a control cycle
+ * waits: the calls after it are faster if the code was out of the cache. It does nothing without
+ * {{ name }}_CODE_SECTION.
+ */
+void {{ name }}_warm(void);
 {% for k in kernels %}
 
 /* {{ k.doc | join("\n * ") }}

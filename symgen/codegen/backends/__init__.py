@@ -16,7 +16,7 @@ from symgen.files import rendered
 
 #: Version of the interface in C, CMake and pkg-config. The first number is that of the array
 #: layout.
-VERSION = "1.2.0"
+VERSION = "1.3.0"
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,7 @@ def files(package: Package) -> dict[str, str]:
     """Return the library, its headers of constants, the check program, and the build files."""
     name = package.name
     out = library_files(package)
+    out[f"{name}_warm.c"] = package.render("c/warm.c")
     sources = [path for path in out if path.endswith(".c")]
     out |= _constants(package)
     private = (f"{name}_{_SINCOS}", f"{name}_{_LANES}")

@@ -1,0 +1,27 @@
+/* {{ name }}: the code of the kernels is read as data, one byte of each cache line. */
+#include "{{ name }}.h"
+
+#ifdef {{ name }}_CODE_SECTION
+
+/* Set by the linker. They are hidden, so that a shared library reads its own section. */
+extern const unsigned char __start_{{ name }}_code[] __attribute__((visibility("hidden")));
+extern const unsigned char __stop_{{ name }}_code[] __attribute__((visibility("hidden")));
+
+/* It stands in the section itself, so that there is one where the linker drops all kernels. */
+{{ name }}_IN_SECTION void {{ name }}_warm(void)
+{
+    const volatile unsigned char *const code = __start_{{ name }}_code;
+    const size_t size = (size_t)(__stop_{{ name }}_code - __start_{{ name }}_code);
+    for (size_t i = 0; i < size; i += 64u) {
+        (void)code[i];
+    }
+    (void)code[size - 1u];
+}
+
+#else
+
+void {{ name }}_warm(void)
+{
+}
+
+#endif
