@@ -3,6 +3,8 @@
 
 #ifdef planar2r_CODE_SECTION
 
+#include <stdint.h>
+
 /* Set by the linker. They are hidden, so that a shared library reads its own section. */
 extern const unsigned char __start_planar2r_code[] __attribute__((visibility("hidden")));
 extern const unsigned char __stop_planar2r_code[] __attribute__((visibility("hidden")));
@@ -11,7 +13,9 @@ extern const unsigned char __stop_planar2r_code[] __attribute__((visibility("hid
 planar2r_IN_SECTION void planar2r_warm(void)
 {
     const volatile unsigned char *const code = __start_planar2r_code;
-    const size_t size = (size_t)(__stop_planar2r_code - __start_planar2r_code);
+    const uintptr_t begin = (uintptr_t)__start_planar2r_code;
+    const uintptr_t end = (uintptr_t)__stop_planar2r_code;
+    const size_t size = (size_t)(end - begin);
     for (size_t i = 0; i < size; i += 64u) {
         (void)code[i];
     }

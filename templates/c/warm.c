@@ -3,6 +3,8 @@
 
 #ifdef {{ name }}_CODE_SECTION
 
+#include <stdint.h>
+
 /* Set by the linker. They are hidden, so that a shared library reads its own section. */
 extern const unsigned char __start_{{ name }}_code[] __attribute__((visibility("hidden")));
 extern const unsigned char __stop_{{ name }}_code[] __attribute__((visibility("hidden")));
@@ -11,7 +13,9 @@ extern const unsigned char __stop_{{ name }}_code[] __attribute__((visibility("h
 {{ name }}_IN_SECTION void {{ name }}_warm(void)
 {
     const volatile unsigned char *const code = __start_{{ name }}_code;
-    const size_t size = (size_t)(__stop_{{ name }}_code - __start_{{ name }}_code);
+    const uintptr_t begin = (uintptr_t)__start_{{ name }}_code;
+    const uintptr_t end = (uintptr_t)__stop_{{ name }}_code;
+    const size_t size = (size_t)(end - begin);
     for (size_t i = 0; i < size; i += 64u) {
         (void)code[i];
     }
