@@ -8,7 +8,8 @@ its headers with -march=native; CasADi's C with symgen's compiler and flags. "In
 that stay in the second cache. "Panels in C": a program in C calls the functions of a package in a
 loop, all with the same flags, by instruction set; over single calls, and as a share of the width of
 a panel. "Large tree": kernels of a humanoid of 30 joints beside Pinocchio's C++, all with -O2
--march=native, in cache and out of it (trees.c says how).
+-march=native, in cache, out of it, and out of it after NAME_warm (trees.c says how). "Cold": the
+same of the robot.
 """
 
 from __future__ import annotations
@@ -238,15 +239,17 @@ def panels_in_c(model: symgen.Model, name: str, flags: list[str], folder: Path) 
 
 
 def tree(name: str, kernel: str, objects: list[Path], folder: Path) -> dict[str, float]:
-    """Return ns of a call beside Pinocchio's, hot and cold, and the largest difference.
+    """Return ns of a call beside Pinocchio's, hot, cold and warm, and the largest difference.
 
     Args:
-        name: of a large robot.
+        name: of a large robot, or of one of symgen's with revolute joints.
         kernel: name of the kernel.
         objects: Pinocchio's, compiled.
         folder: where to compile.
     """
-    model = symgen.derive(symgen.parse_robot(to_toml(LARGE[name], name, FRICTION)), (kernel,))
+    large = name in LARGE
+    robot = symgen.parse_robot(to_toml(LARGE[name], name, FRICTION)) if large else name
+    model = symgen.derive(robot, (kernel,))
     (own,) = model.kernels
     symgen.write_package(symgen.generate(model, target="c"), folder / name)
     n, found = model.robot.n, pinocchio_model(model.robot)
@@ -261,33 +264,35 @@ def tree(name: str, kernel: str, objects: list[Path], folder: Path) -> dict[str,
     for mark, content in (marks | {"HALF": str(int(kernel == "mass_matrix"))}).items():
         program = program.replace(mark, content)
     (folder / "main.c").write_text(program)
-    sources = ("main.c", f"{name}/{name}_{kernel}.c")
+    sources = ("main.c", f"{name}/{name}_{kernel}.c", f"{name}/{name}_warm.c")
     run(["gcc", "-std=gnu11", *TREE_FLAGS, f"-I{name}", "-c", *sources], folder)
     compiled = sorted(folder.glob("*.o"))
     run(["g++", "-shared", *compiled, *objects, "-lm", "-o", "tree.so"], folder)
     library = ctypes.CDLL(str(folder / "tree.so"))
     begin_cxx(library, found[1])
     state = np.random.default_rng(3).uniform(-1, 1, (3, STATES, n))
-    arrays = (*state, base_of(model, found[1]), *np.zeros((2, STATES * at)), np.zeros(5))
+    arrays = (*state, base_of(model, found[1]), *np.zeros((2, STATES * at)), np.zeros(7))
     library.measure(ctypes.c_size_t(at), *map(pointer, arrays))
-    heads = ("hot", "Pinocchio hot", "cold", "Pinocchio cold", "difference")
+    heads = ("hot", "Pinocchio hot", "cold", "Pinocchio cold", "warm", "warm-up", "difference")
     return dict(zip(heads, map(float, arrays[-1]), strict=True))
 
 
-def large_tree() -> dict[str, dict[str, float]]:
-    """Return the rows of the humanoid, and print them."""
+def beside_pinocchio(robot: str) -> dict[str, dict[str, float]]:
+    """Return the rows of calls in cache and out of it, and print them."""
     objects = pinocchio_objects(TREES, TREE_FLAGS)
     if isinstance(objects, str):
         raise SystemExit(objects)
-    head = ("humanoid", "hot, ns", "over Pinocchio", "cold, ns", "over Pinocchio", "difference")
-    table, rows = Table(*head, box=None), {}
+    head = [f"{robot}, ns"]
+    for way in ("hot", "cold", "warm"):
+        head += [way, "over Pinocchio"]
+    table, rows = Table(*head, "warm-up", "difference", box=None), {}
     for kernel in TREES:
         with tempfile.TemporaryDirectory() as temporary:
-            row = rows[kernel] = tree("humanoid", kernel, objects, Path(temporary))
+            row = rows[kernel] = tree(robot, kernel, objects, Path(temporary))
         cells = [kernel]
-        for way in ("hot", "cold"):
-            cells += [f"{row[way]:,.0f}", f"{row[f'Pinocchio {way}'] / row[way]:.2f}"]
-        table.add_row(*cells, f"{row['difference']:.0e}")
+        for way, theirs in (("hot", "hot"), ("cold", "cold"), ("warm", "cold")):
+            cells += [f"{row[way]:,.0f}", f"{row[f'Pinocchio {theirs}'] / row[way]:.2f}"]
+        table.add_row(*cells, f"{row['warm-up']:,.0f}", f"{row['difference']:.0e}")
     Console(highlight=False, width=120).print(table)
     return rows
 
@@ -354,7 +359,7 @@ def shares(figures: dict[str, dict[str, float]]) -> Table:
 
 def main() -> None:
     """Measure, print the tables and keep the figures in the file of an earlier run."""
-    parts = ("in_cache", "panels_in_c", "large_tree")
+    parts = ("in_cache", "panels_in_c", "large_tree", "cold")
     parser = argparse.ArgumentParser()
     parser.add_argument("--into", type=Path, default=Path("speed.json"))
     parser.add_argument("--robot", default="panda")
@@ -366,7 +371,8 @@ def main() -> None:
     measures = {
         "in_cache": lambda: in_cache(asked.robot, KERNELS),
         "panels_in_c": lambda: all_panels_in_c(asked.robot, KERNELS),
-        "large_tree": large_tree,
+        "large_tree": lambda: beside_pinocchio("humanoid"),
+        "cold": lambda: beside_pinocchio(asked.robot),
     }
     figures = json.loads(asked.into.read_text()) if asked.into.exists() else {}
     figures |= {"compiler": compiler.version}

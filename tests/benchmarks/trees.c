@@ -1,7 +1,8 @@
 /* Times one kernel of a robot beside Pinocchio's, in cache and out of it: ns a call.
  *
  * Both sides take turns. "Hot": the least of REPEATS passes over STATES states. "Cold": before each
- * call, a walk over 64 MB evicts code and data; the median of REPEATS calls.
+ * call, a walk over 64 MB evicts code and data; the median of REPEATS calls. "Warm": cold, but
+ * NAME_warm() runs before the call, and is timed apart.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -34,12 +35,13 @@ static void evict(void)
         memory[i] += 1;
 }
 
-/* result: hot time of ours and of theirs, the same cold, and the largest difference, relative. */
+/* result: hot time of ours and of theirs, the same cold, ours after the warm-up, the warm-up, and
+ * the largest difference, relative. */
 void measure(size_t size, const double *q, const double *qd, const double *third, const double *X,
     double *ours, double *theirs, double *result)
 {
     const size_t n = JOINTS;
-    double cold[2][REPEATS], t0, t1, t2;
+    double cold[4][REPEATS], t0, t1, t2;
     result[0] = result[1] = INFINITY;
     for (size_t k = 0; k < REPEATS; ++k) {
         t0 = now();
@@ -68,10 +70,18 @@ void measure(size_t size, const double *q, const double *qd, const double *third
         t0 = now();
         KERNEL(1, q + i * n, qd + i * n, third + i * n, theirs);
         cold[1][k] = now() - t0;
+        evict();
+        t0 = now();
+        NAME_warm();
+        t1 = now();
+        NAME_KERNEL(CALL);
+        t2 = now();
+        cold[2][k] = t2 - t1;
+        cold[3][k] = t1 - t0;
     }
-    for (size_t side = 0; side < 2; ++side) {
+    for (size_t side = 0; side < 4; ++side) {
         qsort(cold[side], REPEATS, sizeof(double), order);
         result[2 + side] = cold[side][REPEATS / 2];
     }
-    result[4] = most / norm;
+    result[6] = most / norm;
 }
