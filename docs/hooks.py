@@ -1,4 +1,4 @@
-"""Hooks of MkDocs: pages from scripts, tables from code and figures, equations without a network.
+"""Hooks of MkDocs: pages from scripts, tables from code, equations without a network.
 
 .mkdocs.yml uses them. A page has a comment such as <!-- insert: options -->; docs/inserts.py makes
 the text that stands there.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import random
 import signal
@@ -100,14 +99,6 @@ def sampled(cases: Iterable[Any], count: int, always: Sequence[Any] = ()) -> lis
         pytest.param(*(c if isinstance(c, tuple) else (c,)), marks=[pytest.mark.slow] * late)
         for c, late in zip(every, slow, strict=True)
     ]
-
-
-def figures_text(head: dict[str, Any], rows: Iterable[dict[str, Any]], kept: Sequence[str]) -> str:
-    """Return the JSON of a study: its head, and a line for each row; three digits."""
-    short = [{key: row[key] for key in kept if key in row} for row in rows]
-    short = json.loads(json.dumps(short), parse_float=lambda x: float(f"{float(x):.3g}"))
-    begin = json.dumps(head, indent=1)[1:-2]
-    return "{" + begin + ',\n "rows": [\n' + ",\n".join(json.dumps(r) for r in short) + "\n]}\n"
 
 
 def heeds_ctrl_c() -> None:

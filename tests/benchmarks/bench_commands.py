@@ -9,7 +9,6 @@ model; later runs take it from the cache.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import resource
 import subprocess
@@ -18,6 +17,8 @@ import tempfile
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs"))
+from figures import keep
 from workshop import furnish
 
 #: Commands and their output, which is another one in each turn.
@@ -66,7 +67,7 @@ def main() -> None:
             }
             figures[command] = taken
             print(command, figures[command], flush=True)
-    options.into.write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    keep(options.into, {"commands": figures})
 
 
 if __name__ == "__main__":

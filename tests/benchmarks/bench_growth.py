@@ -28,7 +28,9 @@ from pathlib import Path
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs"))
 
+from figures import keep
 from rich.console import Console
 from rich.table import Table
 
@@ -189,8 +191,7 @@ def main() -> None:
         one(int(given.one[0]), given.one[1])
         return
     rows, started = growth(given.joints), start()
-    figures = {"schema": "symgen.growth/1", "rows": rows, "start_s": started}
-    given.into.write_text(json.dumps(figures, indent=1) + "\n")
+    keep(given.into, {"rows": rows, "start_s": started})
     for table in shown(rows, started):
         Console(width=120).print(table)
 

@@ -22,7 +22,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import platform
 import resource
 import subprocess
 import sys
@@ -34,7 +33,10 @@ from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs"))
+
 import numpy as np
+from figures import keep
 from rich.console import Console
 from rich.table import Table
 
@@ -113,7 +115,7 @@ def one(source: str, model: str, workers: int | None) -> None:
     print(
         json.dumps(
             {
-                "s": seconds, "user": user, "GB": own.ru_maxrss / 1024**2, "said": said,
+                "s": seconds, "user": user, "GB": 1024 * own.ru_maxrss / 1e9, "said": said,
                 "verdict": estimate.verdict,
             }
         )
@@ -227,7 +229,7 @@ def table_of(rows: list[dict[str, Any]], pinocchio: float | None) -> Table:
             f"{row['user']:.1f}",
             f"{row['us']:.2f}" if "us" in row else "-",
             f"{over:.2f}" if over else "-",
-            f"{1024 * row['GB']:.0f}",
+            f"{1000 * row['GB']:.0f}",
             f"{100 * row['said']:.3g} %",
             row["verdict"],
         )
@@ -275,9 +277,8 @@ def main() -> int:
             rows = in_memory(folder, given.samples, given.models or list(MODELS))
     Console().print(table_of(rows, pinocchio))
     if given.into:
-        about = {"machine": platform.processor() or platform.machine(), "cores": os.cpu_count()}
-        figures = {**about, "pinocchio_us": pinocchio, "workers": given.workers or 1, "rows": rows}
-        given.into.write_text(json.dumps(figures, indent=1) + "\n")
+        about = {"pinocchio_us": pinocchio, "workers": given.workers or 1}
+        keep(given.into, {**about, "rows": rows})
     return 0
 
 

@@ -1,6 +1,6 @@
 """Symgen beside what a user would pick instead, in one run: a table, and a JSON with every figure.
 
-    python tests/benchmarks/bench_speed.py [--into speed.json] [--robots panda,puma560]
+    python tests/benchmarks/bench_speed.py [--into speed.json] [--robot panda] [--only PART]
 
 Times are ns a sample, medians of repeats that take turns, so that a slow moment of the machine
 meets all alike; figures of two runs do not compare, ratios do. Pinocchio in C++ is compiled here,
@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import argparse
 import ctypes
-import json
 import os
 import random
 import statistics
@@ -31,8 +30,10 @@ from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs"))
 
 import numpy as np
+from figures import keep
 from large_arms import LARGE
 from oracles.random_arms import to_toml
 from packages import run
@@ -358,7 +359,7 @@ def shares(figures: dict[str, dict[str, float]]) -> Table:
 
 
 def main() -> None:
-    """Measure, print the tables and keep the figures in the file of an earlier run."""
+    """Measure, print the tables and keep the figures; of one part, only print them."""
     parts = ("in_cache", "panels_in_c", "large_tree", "cold")
     parser = argparse.ArgumentParser()
     parser.add_argument("--into", type=Path, default=Path("speed.json"))
@@ -374,22 +375,10 @@ def main() -> None:
         "large_tree": lambda: beside_pinocchio("humanoid"),
         "cold": lambda: beside_pinocchio(asked.robot),
     }
-    figures = json.loads(asked.into.read_text()) if asked.into.exists() else {}
-    figures |= {"compiler": compiler.version}
-    for part in parts if asked.only is None else (asked.only,):
-        figures[part] = {
-            name: {way: float(f"{x:.4g}") for way, x in row.items()}
-            for name, row in measures[part]().items()
-        }
-        lines = ",\n".join(
-            f" {json.dumps(key)}: {json.dumps(value)}"
-            if isinstance(value, str)
-            else f" {json.dumps(key)}: {{\n"
-            + ",\n".join(f"  {json.dumps(k)}: {json.dumps(row)}" for k, row in value.items())
-            + "\n }"
-            for key, value in figures.items()
-        )
-        asked.into.write_text(f"{{\n{lines}\n}}\n")
+    if asked.only:
+        measures[asked.only]()
+        return
+    keep(asked.into, {"compiler": compiler.version} | {part: measures[part]() for part in parts})
 
 
 if __name__ == "__main__":

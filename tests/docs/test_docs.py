@@ -12,6 +12,8 @@ from contextlib import redirect_stdout
 from html import unescape
 from pathlib import Path
 
+import figures
+import inserts
 import pytest
 from browser import BROWSER, seen_on_a_phone, visit
 from documented import (
@@ -27,9 +29,6 @@ from documented import (
 )
 from support import PROJECT
 from workshop import furnish, house
-
-sys.path.insert(0, str(DOCS))
-import inserts
 
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 #: Pages that a reader follows in an empty folder; each has a picture of what its commands write.
@@ -60,8 +59,8 @@ _INSERT = re.compile(r"^<!-- insert: (\w+) ?(\S*) -->$", re.M)
 _FENCE = re.compile(r"^```.*?^```$", re.M | re.S)
 #: How a section ends: a sentence, a table, a block, a picture, an insert, or entries of names.
 _ENDS = re.compile(
-    r"([.!?]\)?|\||\(block\)|<!-- (?:insert|example): .* -->|!\[[^\]]*\]\([^)]*\)"
-    r"|^:::.*(\n +.*)*)\Z",
+    r"([.!?]\)?|\||\(block\)|<!-- (?:(?:insert|example): .*|end of figures) -->"
+    r"|!\[[^\]]*\]\([^)]*\)|^:::.*(\n +.*)*)\Z",
     re.M,
 )
 
@@ -264,8 +263,18 @@ def test_every_page_can_be_reached_from_the_readme() -> None:
         assert own or f"](docs/{page.name})" in readme, page
 
 
-def test_tables_of_figures_are_made_from_files() -> None:
-    """Each insert of a page gives a table, and no page keeps the comment."""
+def test_tables_of_figures_are_those_of_the_files() -> None:
+    """`python docs/figures.py` writes them; the README has one table of ten at most."""
+    shown = {page: page.read_text("utf-8") for page in PAGES}
+    assert {page for page in PAGES if "| --- |" in shown[page]} == set(figures.pages())
+    for page in figures.pages():
+        assert figures.filled(shown[page]) == shown[page], page
+    (short,) = figures.FIGURES.finditer(shown[PROJECT / "README.md"])
+    assert short[0].count("\n| ") <= 2 + 10
+
+
+def test_tables_of_code_are_made() -> None:
+    """Each insert of a page gives a table."""
     for page in PAGES:
         for name, argument in _INSERT.findall(page.read_text("utf-8")):
             assert getattr(inserts, name)(argument).count("|") > 4 or name == "examples", name

@@ -14,10 +14,12 @@ import os
 import subprocess
 import sys
 import time
+from datetime import date
 from pathlib import Path
 from typing import Any
 
 import pytest
+from figures import FUZZING, figures, keep
 from fuzz_seeds import ESTIMATE, write_seeds
 from fuzzing import READERS, fault_of
 from hypothesis import given, settings
@@ -29,7 +31,6 @@ from symgen.robot import expressions
 
 SAMPLE = int(os.environ.get("SYMGEN_FUZZ", "100"))
 ALL = int(os.environ.get("SYMGEN_FUZZ", "100000"))
-FIGURES = Path(__file__).with_name("fuzz_figures.json")
 _PART = 5000  # inputs of one process
 
 
@@ -90,7 +91,7 @@ def test_a_sample_of_spoiled_files_is_a_line_or_a_finite_result(reader, tmp_path
     """And as many are refused as of all: a reader that refuses what is good shows, too."""
     done = _read(reader, tmp_path, SAMPLE)
     assert done["faults"] == []
-    share = json.loads(FIGURES.read_text("utf-8"))[reader]["refused_share"]
+    share = figures(FUZZING)["readers"][reader]["refused_share"]
     chance = 4 * (share * (1 - share) / SAMPLE) ** 0.5 + 2 / SAMPLE
     assert abs(done["refused"] / SAMPLE - share) <= chance
 
@@ -99,16 +100,16 @@ def test_a_sample_of_spoiled_files_is_a_line_or_a_finite_result(reader, tmp_path
 @pytest.mark.parametrize("reader", READERS)
 def test_spoiled_files_are_a_line_or_a_finite_result(reader, tmp_path):
     done = _read(reader, tmp_path, ALL)
-    figures = json.loads(FIGURES.read_text("utf-8")) if FIGURES.exists() else {}
-    figures[reader] = {
+    readers = figures(FUZZING)["readers"]
+    readers[reader] = {
+        "date": str(date.today()),
         "inputs": done["inputs"],
         "faults": len(done["faults"]),
         "refused_share": round(done["refused"] / done["inputs"], 4),
         "slowest_s": round(done["slowest"], 2),
         "memory_mb": round(done["memory"]),
     }
-    lines = ",\n".join(f" {json.dumps(k)}: {json.dumps(v)}" for k, v in sorted(figures.items()))
-    FIGURES.write_text(f"{{\n{lines}\n}}\n", "utf-8")
+    keep(FUZZING, {"readers": dict(sorted(readers.items()))})
     assert done["faults"] == []
 
 

@@ -28,9 +28,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs"))
+from figures import keep
 from oracles import clean_runs
 from simulated_runs import evaluator, identified
-from support import figures_text
 
 GOALS = {"noise": 0.95, "misfit": 0.90, "effects": 0.90}
 MISFIT = 0.01
@@ -110,13 +111,8 @@ def _coverage(runs: list[np.ndarray], goal: float) -> dict[str, Any]:
 def short(row: dict[str, Any]) -> dict[str, Any]:
     """What the figure file keeps of a run: how many intervals, and how many hold the truth."""
     errors = np.abs(list(row.get("errors", {}).values()))
-    return row | {"parameters": len(errors), "held": int(np.sum(errors <= 1.96))}
-
-
-def text(rows: list[dict[str, Any]], runs: int, seed: int) -> str:
-    """The figure file of a study."""
-    head = {"runs": runs, "seed": seed, "summary": summary(rows)}
-    return figures_text(head, map(short, rows), KEPT)
+    row = row | {"parameters": len(errors), "held": int(np.sum(errors <= 1.96))}
+    return {key: row[key] for key in KEPT if key in row}
 
 
 def study(runs: int, seed: int, workers: int = 1) -> list[dict[str, Any]]:
@@ -146,7 +142,8 @@ def main() -> None:
     rows = study(options.runs, options.seed, options.workers)
     print(json.dumps(summary(rows), indent=1))
     if options.out:
-        options.out.write_text(text(rows, options.runs, options.seed), "utf-8")
+        head = {"runs": options.runs, "seed": options.seed, "summary": summary(rows)}
+        keep(options.out, {**head, "rows": list(map(short, rows))})
 
 
 if __name__ == "__main__":

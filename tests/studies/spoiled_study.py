@@ -32,12 +32,14 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs"))
+from figures import keep
 from oracles import clean_runs, engineer
 from oracles.faults import Log
 from oracles.transforms import Arm, world_transforms
 from studies import spoiled
 from studies.spoiled import Case
-from support import data_folder, figures_text
+from support import data_folder
 
 LEAST, HARM = 0.008, 1.2
 #: What the figure file keeps of a row.
@@ -296,11 +298,6 @@ def study(
     return rows
 
 
-def text(rows: list[dict[str, Any]]) -> str:
-    """JSON with the counts and a line for each case; three digits."""
-    return figures_text({"summary": summary(rows)}, rows, KEPT)
-
-
 def main() -> int:
     """Run, print and count."""
     parser = argparse.ArgumentParser(
@@ -317,7 +314,8 @@ def main() -> int:
     rows = study(options.robots, options.kinds, seeds, options.workers)
     print(json.dumps(summary(rows), indent=1))
     if options.out:
-        options.out.write_text(text(rows), "utf-8")
+        kept = [{key: row[key] for key in KEPT if key in row} for row in rows]
+        keep(options.out, {"summary": summary(rows), "rows": kept})
     return 0
 
 

@@ -21,6 +21,8 @@ from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs"))
+from figures import keep
 from support import data_folder
 
 import symgen
@@ -101,7 +103,7 @@ def main() -> int:
     print(f"{len(rows)} terms, {len(counted)} matter: {first} named first, {right} right in all")
     print(f"{sum(map(first_of_its_joint, counted))} are the first of their joint")
     if options.out:
-        options.out.write_text(json.dumps({"growth": GROWTH, "cases": rows}, indent=1) + "\n")
+        keep(options.out, {"growth": GROWTH, "cases": rows})
     return 0
 
 
