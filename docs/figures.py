@@ -90,16 +90,11 @@ def figures(path: Path) -> Any:
     return json.loads(path.read_text("utf-8"))
 
 
-def dated(made: str, *paths: Path) -> str:
-    """Return a table with a line on the day and machine of the runs that its figures come from."""
-    runs = dict.fromkeys(map(run_of, paths))
-    return f"{made}\n\nMeasured: {'; '.join(runs)}."
-
-
-def run_of(path: Path) -> str:
-    """Return day, machine and compiler of a run, as far as its file has them."""
+def dated(made: str, path: Path) -> str:
+    """Return a table with a line on the run of its figures: day, machine, compiler."""
     found = figures(path)
-    return ", ".join(found[key] for key in ("measured", "compiler") if key in found)
+    run = ", ".join(found[key] for key in ("measured", "compiler") if key in found)
+    return f"{made}\n\nMeasured: {run}."
 
 
 def ns(time: float | None) -> str:
