@@ -21,6 +21,7 @@ from packages import c_files, run, write
 CLANG = shutil.which("clang")
 SAMPLE = int(os.environ.get("SYMGEN_FUZZ", "1000"))
 ALL = int(os.environ.get("SYMGEN_FUZZ", "1000000"))
+SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 PACKAGES = [("planar2r", "double"), pytest.param("rich", "float", marks=pytest.mark.slow)]
 
 #: What -Weverything asks beyond C99 or beyond reason, and why it is left.
@@ -238,8 +239,8 @@ def _reason(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.fixture(scope="session")
-def fuzzer(tmp_path_factory: pytest.TempPathFactory):
-    """Build the harness of a package, once."""
+def instrumented(tmp_path_factory: pytest.TempPathFactory):
+    """Compile a package with its check program and the harness for sanitizers and fuzzer, once."""
     reason = _reason(tmp_path_factory)
 
     @cache
@@ -248,10 +249,22 @@ def fuzzer(tmp_path_factory: pytest.TempPathFactory):
             pytest.skip(reason)
         folder = write(name, dtype, tmp_path_factory.mktemp("fuzz") / name, "all")
         (folder / "harness.c").write_text(HARNESS.replace("NAME", name))
-        sanitizers = "-fsanitize=fuzzer,address,undefined"
-        flags = ["-std=c99", "-g", "-O1", sanitizers, "-fno-sanitize-recover=all"]
-        files = [*c_files(folder)]
-        run([str(CLANG), *flags, *files, "-lm", "-o", folder / "harness"], folder)
+        flags = ["-std=c99", "-g", "-O1", "-fsanitize=fuzzer-no-link", *SANITIZERS]
+        run([str(CLANG), *flags, "-c", *c_files(folder, check=True)], folder)
+        return folder
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def fuzzer(instrumented):
+    """Link the harness of a package, once."""
+
+    @cache
+    def build(name: str, dtype: str) -> Path:
+        folder = instrumented(name, dtype)
+        files = [file for file in folder.glob("*.o") if "check" not in file.stem]
+        run([str(CLANG), "-fsanitize=fuzzer", *SANITIZERS, *files, "-lm", "-o", "harness"], folder)
         return folder / "harness"
 
     return build
@@ -280,20 +293,12 @@ def test_state_functions_hold_on_any_input(fuzzer, name, dtype):
     _fuzz(fuzzer(name, dtype), ALL)
 
 
-@pytest.mark.parametrize(
-    ("name", "dtype"),
-    PACKAGES,
-)
-def test_every_kernel_computes_its_values_under_the_sanitizers(
-    name, dtype, tmp_path, tmp_path_factory
-):
+@pytest.mark.parametrize(("name", "dtype"), PACKAGES)
+def test_every_kernel_computes_its_values_under_the_sanitizers(instrumented, name, dtype):
     """The package's own program, which knows 50-digit values of every kernel at some points."""
-    reason = _reason(tmp_path_factory)
-    if reason:
-        pytest.skip(reason)
-    folder = write(name, dtype, tmp_path / name, "all")
-    flags = ["-std=c99", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-    run([str(CLANG), *flags, *c_files(folder, check=True), "-lm", "-o", "checked"], folder)
+    folder = instrumented(name, dtype)
+    files = [file for file in folder.glob("*.o") if file.stem != "harness"]
+    run([str(CLANG), *SANITIZERS, *files, "-lm", "-o", "checked"], folder)
     run([folder / "checked"], folder)
 
 
