@@ -18,6 +18,7 @@ from oracles.transforms import Arm
 
 import symgen
 from symgen import Limits, Motion, Robot, Search, SymgenWarning, parse_robot
+from symgen.estimation.equation_model import NEEDED, EquationModel, kernels_of
 from symgen.estimation.system import Equations, Extent, Rows
 from symgen.experiment.plan import Plan
 from symgen.runtime import build
@@ -26,6 +27,8 @@ from symgen.symbolic.base_parameters import BaseParameter
 PROJECT = Path(__file__).resolve().parents[1]
 #: Draws which cases of a long table the default suite runs.
 SAMPLE = "1"
+#: Kernels of identification and simulation; a package with all takes seconds to compile.
+MOVED = (*kernels_of(EquationModel(name, 0.2) for name in NEEDED), "mass_matrix")
 
 
 def forget_compilers() -> None:

@@ -46,7 +46,7 @@ _RUN = [
 _LONG = ("commands", "json", "reference")
 _SLOW_EXAMPLES = set(
     "hidden_spring intervals online_identifier paper_1988 payload planned_motion prior "
-    "wrong_sign".split()
+    "two_links wrong_sign".split()
 )
 _DRAWN = re.compile(r'<div class="equation"([^>]*)>(.*?)</div>', re.S)
 #: A script of the tests with what follows it, as pages name it.

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support import data_folder
+from support import MOVED, data_folder
 
 import symgen
 from symgen.identification.parameters import base_values
@@ -20,7 +20,7 @@ SIZES = np.array([10.0, 40.0, 15.0, 2.0, 1.0, 0.5])
 @cache
 def arm() -> tuple[symgen.Evaluator, np.ndarray]:
     """The Puma 560 with bodies of 0.1 m, and its parameters without friction."""
-    evaluator = symgen.load(symgen.derive(symgen.read_robot("puma560"), "all"))
+    evaluator = symgen.load(symgen.derive("puma560", MOVED))
     rng = np.random.default_rng(5)
     values = {p.name: 0.0 for p in evaluator.model.base.standard}
     for j, m in enumerate(MASSES, 1):
@@ -90,7 +90,7 @@ def test_the_default_is_as_good_as_the_best_of_both_models_and_methods(seed: int
 @pytest.mark.slow
 def test_the_default_is_as_good_as_the_best_where_joints_move_in_proportion() -> None:
     folder = data_folder() / "panda30"
-    evaluator = symgen.load(symgen.derive(symgen.read_robot(folder / "robot.toml"), "all"))
+    evaluator = symgen.load(symgen.derive(folder / "robot.toml", MOVED))
     errors = []
     for model, method in (("auto", "auto"), *FOUR):
         found = symgen.identify(

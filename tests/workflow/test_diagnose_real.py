@@ -110,7 +110,8 @@ def test_emps_shows_friction_that_turns_round_and_is_left_below_the_published_mo
     value = {p.name: p.value for p in answer.parameters}
     assert value["M1"] == pytest.approx(95.1089, rel=0.03)
     folder = data_folder() / "emps"
-    whole = diagnose(folder / "robot.toml", folder / "train.csv", validation=folder / "test.csv")
+    robot, train, test = (folder / name for name in ("robot.toml", "train.csv", "test.csv"))
+    whole = diagnose(robot, train, validation=test, effects=[])
     assert answer.after.total <= whole.before.total
     published = 0.041  # of Coulomb, viscous and offset with the published values
     assert answer.after.total < published

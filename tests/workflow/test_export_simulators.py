@@ -84,7 +84,7 @@ def arm(tmp_path_factory):
         found.robot, joints=tuple(joints), effects=(spring,),
         couplings=(Coupling((2, 3), sp.Rational(-3, 2)),),
     )  # fmt: skip
-    model = symgen.derive(robot, "all")
+    model = symgen.derive(robot, ("inverse_dynamics",))
     X = base_values({**dict(found.parameters), **VALUES}, model, "values")
     write_estimate(folder / "result", model, X)
     return folder, model, X
@@ -259,7 +259,7 @@ def test_a_payload_is_part_of_its_link(arm, tmp_path, command, place) -> None:
         source.write_text(TWO)
     found = read_imported(source)
     robot = replace(found.robot, payload=2)
-    model = symgen.derive(robot, "all")
+    model = symgen.derive(robot, ("inverse_dynamics",))
     load = {"XXL": 0.03, "XYL": 0.0, "XZL": 0.0, "YYL": 0.03, "YZL": 0.0, "ZZL": 0.01,
             "MXL": 0.02, "MYL": 0.05, "MZL": 0.1, "ML": 0.9}  # fmt: skip
     X = base_values({**dict(found.parameters), **load}, model, "values")
@@ -405,7 +405,8 @@ def test_a_file_from_a_log_of_mujoco_moves_as_the_log(tmp_path, command) -> None
         moves = np.all(np.abs(qd) > 0.1, axis=1)
         errors[name] = np.linalg.norm(residual[moves]) / np.linalg.norm(tau[moves])
     assert errors["after"] < 0.1 * errors["before"]
-    evaluator = symgen.load(symgen.derive(symgen.read_robot(out / "robot.toml"), "all"))
+    robot = symgen.read_robot(out / "robot.toml")
+    evaluator = symgen.load(symgen.derive(robot, ("inverse_dynamics",)))
     X = symgen.read_estimate(out).X
     own = filtfilt(
         *butter(4, 2 * 2 * 4e-3), tau - evaluator.inverse_dynamics(q, qd, qdd, X), axis=0

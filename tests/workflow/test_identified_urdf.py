@@ -37,7 +37,7 @@ def test_the_written_urdf_has_the_torques_of_the_estimate(tmp_path) -> None:
     path = tmp_path / "arm.urdf"
     path.write_text(URDF)
     robot = symgen.read_robot(path)
-    model = symgen.derive(robot, "all")
+    model = symgen.derive(robot, ("inverse_dynamics", "gravity_torque", "mass_matrix"))
     evaluator = symgen.load(model)
     # The robot is heavier than its CAD says, and has rotors and friction that this does not know.
     true = 1.2 * _cad(path, model)

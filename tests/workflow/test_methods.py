@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from oracles.arm import Arm, X, sines
-from support import sampled
+from support import MOVED, sampled
 
 import symgen
 from symgen.estimation.band import Band
@@ -71,7 +71,7 @@ def _with_instruments(evaluator: symgen.Evaluator, log: symgen.Log, model: str) 
 
 @pytest.fixture(scope="module")
 def evaluator() -> symgen.Evaluator:
-    return symgen.load(symgen.derive(symgen.read_robot("planar2r"), "all"))
+    return symgen.load(symgen.derive("planar2r", MOVED))
 
 
 @pytest.mark.parametrize("model", ["energy", "momentum"])

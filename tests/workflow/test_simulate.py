@@ -12,7 +12,7 @@ from oracles.random_arms import random_arm, random_parameters
 from oracles.transforms import LINK_PARAMETERS, Arm
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
-from support import robot_of, sampled
+from support import MOVED, robot_of, sampled
 
 import symgen
 from symgen import Controller, Instruments, Recording
@@ -193,7 +193,7 @@ torque = [60.0, 60.0, 60.0]
 
 def _elbow(friction: str, width: float = 0.0) -> tuple[symgen.Evaluator, np.ndarray]:
     robot = symgen.parse_robot(ELBOW.format(friction=friction, width=width))
-    evaluator = symgen.load(symgen.derive(robot, "all"))
+    evaluator = symgen.load(symgen.derive(robot, MOVED))
     table = random_arm(1, 3, 3, tree=False, fixed=False)
     links, rotor = random_parameters(table, 8)
     given = {"FS": 0.6, "FV": 0.4, "OF": 0.2}
