@@ -8,6 +8,7 @@ above LONGEST seconds that is not marked slow fails. After `SYMGEN_SECONDS`, tes
 
 from __future__ import annotations
 
+import gc
 import itertools
 import json
 import math
@@ -31,6 +32,7 @@ from support import SAMPLE, messages
 
 from symgen import cli
 
+gc.disable()  # until all tests are known: modules and cases are no garbage, and slow to look at
 #: Seconds of processor time, of this process and those that it starts, by file and test.
 DURATIONS = Path(__file__).with_name("durations.json")
 #: Seconds for the cases of one test, and from which a case's own and another test's are kept.
@@ -118,6 +120,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
                 item.add_marker(pytest.mark.slow)
     items.sort(key=lambda item: -_KNOWN.get(_file(item), math.inf))
     items.sort(key=lambda item: item.get_closest_marker("rounding") is None)
+
+
+def pytest_collection_finish() -> None:
+    """Leave what exists before the first test to no later search for garbage."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -204,7 +204,8 @@ def _stalls(x: Channels, seed: int) -> Channels:
 
 def test_stalls_of_the_recorder_change_no_diagnosis() -> None:
     log = stored("sound")
-    clean = symgen.diagnose(log.robot, made("a", log.train), validation=made("b", log.test))
+    sound = {"validation": made("b", log.test), "effects": []}
+    clean = symgen.diagnose(log.robot, made("a", log.train), **sound)
     train, test = made("a", _stalls(log.train, 1)), made("b", _stalls(log.test, 2))
     found = symgen.diagnose(log.robot, train, validation=test)
     assert _told(found.repairs) == [("all", "stalled")] * 2
@@ -232,12 +233,11 @@ def test_a_noise_floor_above_the_error_is_an_upper_bound() -> None:
         sections = butter(4, 20.0, "high", fs=1 / (x["t"][1] - x["t"][0]), output="sos")
         return made(name, x | {"tau": x["tau"] + sosfiltfilt(sections, noise, axis=0)})
 
-    found = symgen.identify(log.robot, recorded("a", log.train), validation=recorded("b", log.test))
+    train, test = recorded("a", log.train), recorded("b", log.test)
+    found = symgen.identify(log.robot, train, validation=test)
     assert found.noise_floor.relative > 2 * found.moving.relative
     assert "; noise accounts for at most " in found.sentences[0]
-    diagnosis = symgen.diagnose(
-        log.robot, recorded("a", log.train), validation=recorded("b", log.test)
-    )
+    diagnosis = symgen.diagnose(log.robot, train, validation=test, effects=[])
     floors = diagnosis.gaps.noise_floor.per_joint
     assert floors == pytest.approx(found.noise_floor.per_joint, rel=0.05)
 
