@@ -211,6 +211,7 @@ class FilteredLog:
         model: Callable[..., FloatArray],
         block_size: int = BLOCK,
         stride: int | None = None,
+        motion: Sequence[FloatArray] | None = None,
     ) -> FloatArray:
         """Return a model along the log, in the comparison band at the kept samples, (K, ...).
 
@@ -218,14 +219,18 @@ class FilteredLog:
             model: function from the arrays of `motion`, (k, n) each, to (k, ...).
             block_size: approximate number of nodes to evaluate at once.
             stride: samples from node to node; None for `FilteredLog.stride`.
+            motion: another motion at the nodes, as the arrays of `motion`; None for that of the
+                log.
         """
         rows = self.rows if stride is None else replace(self.rows, stride=stride)
         every = self.stride if stride is None else stride
+        at_nodes = [x[::every] for x in self.motion] if motion is None else motion
 
         def at(first: int, last: int) -> FloatArray:
-            nodes = slice(first * every, (last - 1) * every + 1, every)
-            modelled = model(*(np.ascontiguousarray(x[nodes]) for x in self.motion))
-            return modelled if self.weight is None else _weighed(modelled, self.weight[nodes])
+            modelled = model(*(np.ascontiguousarray(x[first:last]) for x in at_nodes))
+            if self.weight is None:
+                return modelled
+            return _weighed(modelled, self.weight[::every][first:last])
 
         return rows.filtered(at, block_size)
 

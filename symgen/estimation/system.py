@@ -282,7 +282,12 @@ def torque_columns(
     return np.concatenate([W, np.stack(columns, axis=2)], axis=2)
 
 
-def torque_rows(evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = None) -> FloatArray:
+def torque_rows(
+    evaluator: Evaluator,
+    log: FilteredLog,
+    X: FloatArray | None = None,
+    motion: Sequence[FloatArray] | None = None,
+) -> FloatArray:
     """Return the torque regressor of a log in the comparison band, (K, n, p); see `log.measured`.
 
     Columns that are zero for every motion are not filtered.
@@ -291,10 +296,11 @@ def torque_rows(evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = N
         evaluator: the compiled model, with the kernel torque_regressor.
         log: the log in the band of the run.
         X: (p,) at which effects use the model's torque, see `torque_columns`.
+        motion: another motion at the nodes, see `FilteredLog.modelled`.
     """
     base = evaluator.model.base
     if log.mask is not None or (X is not None and base.linear < len(base.parameters)):
-        return log.modelled(lambda *motion: torque_columns(evaluator, motion, X))
+        return log.modelled(lambda *at: torque_columns(evaluator, at, X), motion=motion)
     kernel = evaluator["torque_regressor"]
     filled = list(kernel.kernel.filled[0])
 
@@ -302,7 +308,7 @@ def torque_rows(evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = N
         return np.asarray(kernel(*motion)).reshape(len(motion[0]), -1)[:, filled]
 
     out: FloatArray = np.zeros((len(log.kept), kernel.kernel.size))
-    out[:, filled] = log.modelled(entries)
+    out[:, filled] = log.modelled(entries, motion=motion)
     return out.reshape(len(out), evaluator.model.robot.n, -1)
 
 

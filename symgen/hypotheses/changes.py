@@ -85,10 +85,11 @@ class Change(Hypothesis):
             out.append(f"{key}{j + 1}={source}".rstrip("="))
         return out or [*self.factors]
 
-    @property
-    def scale(self) -> float:
-        """Ratio of the recorded torque of its joints to the corrected one."""
-        return 1 / abs(self.factors.get("tau", 1.0))
+    def scale(self, n: int) -> FloatArray:
+        """Return the ratio of the recorded torque of each of n joints to the corrected one."""
+        out = np.ones(n)
+        out[list(self.joints)] /= abs(self.factors.get("tau", 1.0))
+        return out
 
     def in_words(self, robot: Robot) -> str:
         """Return its channels, its name, its joints and its size."""
@@ -120,6 +121,8 @@ class Change(Hypothesis):
         """
         out = of(0.0).copy()
         at = self._columns(out.shape[1])
+        if "tau" not in self.factors:
+            return out
         if self.order:
             return out[:, list(self.order)]
         if self.delay:

@@ -16,7 +16,8 @@ from symgen import names
 from symgen.codegen.model import regrouping
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.system import join, torque_along, torque_at
+from symgen.estimation.solve import shortest
+from symgen.estimation.system import join, torque_along, torque_at, torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import with_earlier_torques
 from symgen.hypotheses.changes import Change
@@ -146,6 +147,21 @@ class Problem:
         more = self.base.W @ onto[:, others]
         W = np.concatenate([links, more], axis=2)
         return replace(self, base=fitted(self.logs, self.base.with_regressor(W)))
+
+    def looked(self, change: Change) -> Problem:
+        """Return the problem with a change undone in the training logs, at a first look.
+
+        Rows and joints keep their weights, and effects that use the model's torque keep that of
+        the present parameters. The change must not reverse the logs.
+        """
+        parts = []
+        for log in self.logs:
+            motion = change.undo(log.thinned).motion
+            parts.append(torque_rows(self.evaluator, log.unmasked, self.X, motion))
+        W, y = np.concatenate(parts), change.torque(self.torque)
+        equations = np.concatenate([W, y[..., None]], axis=2)
+        X = shortest(self.base.whitened(equations))
+        return replace(self, base=replace(self.base, W=W, y=y, X=X))
 
     @cached_property
     def _free(self) -> FloatArray:

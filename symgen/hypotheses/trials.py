@@ -34,12 +34,13 @@ from symgen.hypotheses.changes import (
 )
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.problem import Problem, Stage
-from symgen.hypotheses.score import DIGITS, ScoreFit, worth_and_gain
+from symgen.hypotheses.score import DIGITS, TINY, ScoreFit, worth_and_gain
 from symgen.policy import SURE, TEMPERATURE
 from symgen.symbolic.variation import variation
 
 #: Duration of each log for trials of the motion, and for trials of gravity alone, s.
 _PIECE, _LONGER = 10.0, 60.0
+_DOUBTFUL = 4.0  # log-odds against a change at a first look that end its trial
 _ROUNDS = 3  # of Newton's method for the size of a gear ratio
 #: Tolerance of the logarithm of a delay, and half the span of its second difference.
 _EXACT, _APART = 1e-3, 0.05
@@ -67,6 +68,8 @@ def torque_trials(stage: Stage) -> Iterator[Changed]:
 def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
     """Yield the changes of the motion with their scores, on a piece of the logs without effects.
 
+    Most changes are improbable at a first look, and are not yielded.
+
     Args:
         problem: the model and its logs.
         loud: joints with large errors. Gear ratios and exchanges are tried on these joints alone,
@@ -75,6 +78,10 @@ def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
     piece = problem.piece(_PIECE if loud else _LONGER)
     alone = piece.stage()
     for grid in motion_changes(piece.robot, loud) if loud else gravities(piece.robot):
+        if grid[0].factors and not grid[0].turns:
+            look = _best_of(alone, grid, [_look(alone, change) for change in grid])
+            if look.odds < -_DOUBTFUL:
+                continue
         fits = []
         for change in grid:
             try:
@@ -152,22 +159,36 @@ def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Chang
     return again if again.odds > best.odds else best
 
 
+def _look(alone: Stage, change: Change) -> ScoreFit:
+    """Return the fit to the changed logs in the weights of rows and joints of the model."""
+    problem = alone.problem
+    if [*change.factors] == ["tau"]:
+        fit = _fit_of_torque(alone, change, problem.torque)
+        return _as_recorded(alone, change, fit, alone.score.counts)
+    score = problem.looked(change).stage().score
+    return _as_recorded(alone, change, score.alone, score.counts)
+
+
 def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
-    """Return the fit to the changed logs, with its score as a density of the recorded torque."""
-    scale = np.ones(alone.problem.base.n)
-    scale[list(change.joints)] = change.scale
+    """Return the fit to the changed logs."""
     problem = alone.problem
     if [*change.factors] == ["tau"]:  # another unit: the regressor stays
+        scale = change.scale(problem.base.n)
         problem = replace(problem, base=problem.base.with_torque(1 / scale))
     else:
         problem = problem.tried(change)
-    changed = problem.stage().score
-    score = replace(changed, misfit=alone.score.misfit / scale)
-    counts = alone.score.counts
-    before, after = alone.score.density(counts), score.density(counts)
-    more = float(counts.sum(axis=1) @ np.log(scale)) / TEMPERATURE
-    gained = alone.score.alone.score + after - more - before
-    return score.alone._replace(score=gained, variance=score.alone.variance * scale**2)
+    score = problem.stage().score
+    return _as_recorded(alone, change, score.alone, score.counts)
+
+
+def _as_recorded(alone: Stage, change: Change, fit: ScoreFit, counts: FloatArray) -> ScoreFit:
+    """Return a fit to changed logs, (n, folds) counts of rows, as one of the recorded torque."""
+    score = alone.score
+    squared = change.scale(len(score.sigma)) ** 2
+    variance = squared[:, None] * fit.squares / np.maximum(counts, 1.0)
+    logs = np.log(np.maximum(variance + score.misfit[:, None] ** 2, TINY))
+    density = -0.5 / TEMPERATURE * float(np.sum(score.counts * logs))
+    return fit._replace(score=density, variance=fit.variance * squared)
 
 
 def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[ScoreFit]) -> Changed:
