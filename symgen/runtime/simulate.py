@@ -1,4 +1,4 @@
-"""Simulation of a robot: forward dynamics, integrated by SciPy's LSODA.
+"""Simulation of a robot: forward dynamics, integrated by LSODA.
 
     M(q) qdd + h(q, qd) = tau(t, q, qd),    with FS tanh(qd/width) for FS sign(qd)
 
@@ -34,6 +34,8 @@ WIDTH = 1e-5
 TOLERANCE = 1e-6
 #: Longest step, s: a longer one could miss a pulse of the torque.
 _STEP = 0.05
+_STEPS = 10**6  # most, from stamp to stamp
+_SOMETIMES = 8  # evaluations from one check of the bounds to the next
 _FAR = 1e8
 _KERNEL = "forward_dynamics"
 
@@ -95,14 +97,14 @@ def simulate_motion(
             motion is not finite, or `calls` do not suffice. The message has the time.
     """
     require_friction(model, X)
-    slope = _Slope(_evaluator(model.robot, width), X, law, calls)
+    slope = _Slope(_evaluator(model.robot, width), X, law, calls, bounds)
     x = np.concatenate(start)
     n = len(x) // 2
     states = np.full((len(t), 2 * n), np.nan)
     torques = np.full((len(t), n), np.nan)
     states[0] = x
     if not hold and pushed is None:
-        reached = _integrated(slope, t, x, tolerance, bounds)
+        reached = _integrated(slope, t, x, tolerance)
         states[: len(reached)] = reached
         progress(1.0)
     else:
@@ -111,7 +113,7 @@ def simulate_motion(
             torques[k] = law(float(t[k]), q, qd)
             push = 0.0 if pushed is None else pushed[k]
             slope.law = _constant(torques[k] + push) if hold else _sum(law, push)
-            states[k + 1] = _integrated(slope, t[k : k + 2], states[k], tolerance, None)[-1]
+            states[k + 1] = _integrated(slope, t[k : k + 2], states[k], tolerance)[-1]
             progress((k + 1) / (len(t) - 1))
     missing = np.isnan(torques[:, 0]) & np.isfinite(states[:, 0])
     for row in np.flatnonzero(missing).tolist():
@@ -127,12 +129,25 @@ def _sum(law: Law, push: FloatArray | float) -> Law:
     return lambda t, q, qd: law(t, q, qd) + push
 
 
+class _OutsideError(Exception):
+    """The motion leaves its bounds; the argument is the time in s."""
+
+
 class _Slope:
     """The rate of the state x = (q, qd) of a robot, as SciPy calls it."""
 
-    def __init__(self, evaluator: Evaluator, X: FloatArray, law: Law, calls: float) -> None:
+    def __init__(
+        self,
+        evaluator: Evaluator,
+        X: FloatArray,
+        law: Law,
+        calls: float,
+        bounds: FloatArray | None,
+    ) -> None:
         self.law = law
-        self._left = self._calls = calls
+        self.start = np.zeros(0)  # positions from which the bounds count
+        self._bounds = bounds
+        self._done, self._calls = 0, calls
         self._bound = evaluator[_KERNEL].bind()
         self._q, self._qd, self._tau, parameters = self._bound.inputs
         parameters[...] = X[: len(parameters)]
@@ -145,14 +160,17 @@ class _Slope:
             ParameterError: the mass matrix is not positive definite, the state is too large, or no
                 calls are left.
         """
-        if self._left <= 0:
+        if self._done >= self._calls:
             raise ParameterError(
                 f"simulate: t = {t:.6g} s: {self._calls:g} evaluations do not suffice; accepted: "
                 "a less stiff controller, or parameters of which no mass is much too small"
             )
-        self._left -= 1
+        self._done += 1
         n = len(self._q)
         q, qd = x[:n], x[n:]
+        checked = self._bounds is not None and self._done % _SOMETIMES == 0
+        if checked and (np.abs(q - self.start) > self._bounds).any():
+            raise _OutsideError(t)
         self._q[...] = q
         self._qd[...] = qd
         self._tau[...] = self.law(t, q, qd)
@@ -167,38 +185,35 @@ class _Slope:
         return self._rate
 
 
-def _integrated(
-    slope: _Slope, t: FloatArray, x: FloatArray, tolerance: float, bounds: FloatArray | None
-) -> FloatArray:
+def _integrated(slope: _Slope, t: FloatArray, x: FloatArray, tolerance: float) -> FloatArray:
     """Return the states (K, 2 n) at the stamps; fewer if the motion leaves its bounds."""
-    from scipy.integrate import solve_ivp
+    from scipy.integrate import odeint
 
-    n = len(x) // 2
-
-    def inside(_: float, state: FloatArray) -> float:
-        assert bounds is not None
-        return float(np.min(bounds - np.abs(state[:n] - x[:n])))
-
-    inside.terminal = True  # type: ignore[attr-defined]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # LSODA warns of what the status says
-        found = solve_ivp(
-            slope,
-            (t[0], t[-1]),
-            x,
-            method="LSODA",
-            t_eval=t,
-            events=None if bounds is None else inside,
-            rtol=tolerance,
-            atol=tolerance,
-            max_step=_STEP,
-        )
-    if found.status < 0:
+    slope.start = x[: len(x) // 2]
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the message says it
+            states, found = odeint(
+                slope,
+                x,
+                t,
+                tfirst=True,
+                full_output=True,
+                rtol=tolerance,
+                atol=tolerance,
+                hmax=_STEP,
+                tcrit=t[-1:],
+                mxstep=_STEPS,
+            )
+    except _OutsideError as outside:
+        inside = t[t < outside.args[0]]
+        return _integrated(slope, inside, x, tolerance) if len(inside) > 1 else x[None]
+    if found["message"] != "Integration successful.":
         raise ParameterError(
-            f"simulate: t = {found.t[-1]:.6g} s: {found.message}; accepted: a less stiff "
+            f"simulate: t = {found['tcur'][-1]:.6g} s: {found['message']}; accepted: a less stiff "
             "controller, or a larger coulomb_width"
         )
-    return np.asarray(found.y.T)
+    return np.asarray(states)
 
 
 @lru_cache(maxsize=8)
