@@ -40,7 +40,9 @@ from symgen.symbolic.variation import variation
 
 #: Duration of each log for trials of the motion, and for trials of gravity alone, s.
 _PIECE, _LONGER = 10.0, 60.0
-_DOUBTFUL = 4.0  # log-odds against a change at a first look that end its trial
+#: Log-odds against a change at a first look, to no change or to another size, that end its trial.
+#: On two real arms, a first look is within 3 of an exact trial where one of them is probable.
+_DOUBTFUL = 4.0
 _ROUNDS = 3  # of Newton's method for the size of a gear ratio
 #: Tolerance of the logarithm of a delay, and half the span of its second difference.
 _EXACT, _APART = 1e-3, 0.05
@@ -68,7 +70,7 @@ def torque_trials(stage: Stage) -> Iterator[Changed]:
 def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
     """Yield the changes of the motion with their scores, on a piece of the logs without effects.
 
-    Most changes are improbable at a first look, and are not yielded.
+    Changes that are improbable at a first look are not yielded, and get no exact trial.
 
     Args:
         problem: the model and its logs.
@@ -78,21 +80,26 @@ def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
     piece = problem.piece(_PIECE if loud else _LONGER)
     alone = piece.stage()
     for grid in motion_changes(piece.robot, loud) if loud else gravities(piece.robot):
+        fits, least = [alone.score.alone] * len(grid), -math.inf
         if grid[0].factors and not grid[0].turns:
-            look = _best_of(alone, grid, [_look(alone, change) for change in grid])
-            if look.odds < -_DOUBTFUL:
+            fits = [_look(alone, change) for change in grid]
+            least = max(fit.score for fit in fits) - _DOUBTFUL
+            if _best_of(alone, grid, fits).odds < -_DOUBTFUL:
                 continue
-        fits = []
-        for change in grid:
+        for k, change in enumerate(grid):
+            if fits[k].score < least:
+                continue
             try:
-                fits.append(_fit_of_motion(alone, change))
+                fits[k] = _fit_of_motion(alone, change)
             except (IdentificationError, np.linalg.LinAlgError):
-                fits.append(alone.score.alone)
+                fits[k] = alone.score.alone
         best = _best_of(alone, grid, fits)
         if any(best.cause.gravity or ()):
             # The opposite gravity carries the same weight if all first moments change their sign.
             nearest = np.array(best.cause.gravity)
-            both = [exact_gravity(alone, g) for g in (nearest, -nearest)]
+            first = [exact_gravity(alone, g, turns=1) for g in (nearest, -nearest)]
+            near = [np.array(change.gravity) for change in first if _may_lead(alone, change)]
+            both = [exact_gravity(alone, gravity) for gravity in near]
             # A turned gravity must beat an axis by SURE, and by twice that if it points away from
             # the gravity of the file.
             for change in both:
@@ -119,7 +126,7 @@ def exact_change(stage: Stage, new: Score) -> Changed:
     return Changed(change, new.odds, new.worth, new.gain)
 
 
-def exact_gravity(stage: Stage, gravity: FloatArray) -> Change:
+def exact_gravity(stage: Stage, gravity: FloatArray, turns: int = _TURNS) -> Change:
     """Turn gravity to the best fit of a model whose link parameters are fitted to each direction.
 
     Gauss-Newton with the columns of the turn orthogonal to the model (variable projection).
@@ -127,9 +134,10 @@ def exact_gravity(stage: Stage, gravity: FloatArray) -> Change:
     Args:
         stage: the model with the gravity of the file, and the accepted effects.
         gravity: (3,) near the solution, m/s2; its norm stays.
+        turns: largest number of steps.
     """
     problem, size = stage.problem, np.linalg.norm(gravity)
-    for _ in range(_TURNS):
+    for _ in range(turns):
         change = another_gravity(problem.robot, gravity)
         rows = problem.tried(change).stage(stage.effects).rows
         pulls = problem.pulls @ rows.X[: problem.pulls.shape[-1]]
@@ -157,6 +165,11 @@ def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Chang
     fit = _fit_of_torque(stage, change, torque)
     again = _best_of(stage, [change], [fit])
     return again if again.odds > best.odds else best
+
+
+def _may_lead(alone: Stage, change: Change) -> bool:
+    """Whether a change is not improbable."""
+    return _best_of(alone, [change], [_fit_of_motion(alone, change)]).odds > -_DOUBTFUL
 
 
 def _look(alone: Stage, change: Change) -> ScoreFit:
