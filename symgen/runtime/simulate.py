@@ -187,12 +187,12 @@ class _Slope:
 
 def _integrated(slope: _Slope, t: FloatArray, x: FloatArray, tolerance: float) -> FloatArray:
     """Return the states (K, 2 n) at the stamps; fewer if the motion leaves its bounds."""
-    from scipy.integrate import odeint
+    from scipy.integrate import ODEintWarning, odeint
 
     slope.start = x[: len(x) // 2]
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the message says it
+            warnings.simplefilter("ignore", ODEintWarning)  # the message says it
             states, found = odeint(
                 slope,
                 x,
