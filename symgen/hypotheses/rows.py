@@ -181,7 +181,8 @@ def fitted(logs: Sequence[FilteredLog], rows: Rows) -> FittedRows:
         rows: the rows; their weights are replaced.
     """
     moving = _solved(logs, rows, 0.0)
-    if all(log.resting is None for log in logs):
+    full = moving.rank == len(moving.X)
+    if full or all(log.resting is None for log in logs):
         return moving
     every = _solved(logs, rows, 1.0)
     return moving if moving.rank == every.rank else every
