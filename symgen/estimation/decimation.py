@@ -2,8 +2,9 @@
 
 All compared and all solved signals pass the same zero-phase low-pass (the parallel filter of
 Gautier). The output keeps four samples in a period of the cutoff and leaves out 0.3 s at both ends.
-Filter and decimation are one matrix, with the shifted impulse response in every row. A few dense
-products filter a chunk of a regressor, so no array as long as the log has to be stored.
+Filter and decimation are one matrix, with the shifted impulse response in every row. Each chunk of a
+regressor adds one dense product to the rows within its reach, so no array as long as the log has to
+be stored.
 """
 
 from __future__ import annotations
@@ -87,29 +88,28 @@ class Decimation:
         period = self.every // math.gcd(self.every, self.stride)
         # the next block has the same position among the kept samples
         block = period * max(1, block_size // period)
-        begin = min(block * -(-max(beyond + 1, window) // block), self.nodes)
-        edges = [0, *range(begin, self.nodes, block), self.nodes]
-        inside, lowest, done = np.zeros((0, 1)), 0, 0  # values from node `lowest` on
-        smooth = []
+        longest = max(beyond + 1, window)  # of the first and the last block: each extends its end
+        begin = min(block * -(-longest // block), self.nodes)
+        edges = [0, *range(begin, self.nodes - longest + 1, block), self.nodes]
+        smooth, total = np.zeros((len(kept), 0)), np.zeros((len(kept), 1))
         for first, last in pairwise(edges):
             block_values = values(first, last)
-            flat = block_values.reshape(len(block_values), -1)
+            flat, lowest = block_values.reshape(len(block_values), -1), first
             if first == 0:
-                inside, lowest = continuation(flat, beyond, window), -beyond
-            inside = np.concatenate([inside, flat])
-            end = int(np.searchsorted(kept, last * self.stride - reach))
+                flat = np.concatenate([continuation(flat, beyond, window), flat])
+                lowest, smooth = -beyond, np.zeros((len(kept), flat.shape[1]))
             if last == self.nodes:
-                inside = np.concatenate([inside, continuation(inside[::-1], beyond, window)[::-1]])
-                end = len(kept)
-            if end > done:
-                offset = int(kept[done]) - lowest * self.stride
-                smooth.append(_weights(self, reach, offset, end - done, len(inside)) @ inside)
-            done = end
-            if done < len(kept):
-                needed = -(-(int(kept[done]) - reach) // self.stride)
-                past = max(needed - lowest, 0)
-                inside, lowest = inside[past:], lowest + past
-        return np.concatenate(smooth).reshape(len(kept), *block_values.shape[1:])
+                flat = np.concatenate([flat, continuation(flat[::-1], beyond, window)[::-1]])
+            start = lowest * self.stride
+            end = start + (len(flat) - 1) * self.stride
+            reached = slice(*np.searchsorted(kept, [start - reach, end + reach + 1]).tolist())
+            if reached.start < reached.stop:
+                offset = int(kept[reached.start]) - start
+                rows = reached.stop - reached.start
+                weights = _weights(self, reach, offset, rows, len(flat))
+                smooth[reached] += weights @ flat
+                total[reached] += weights.sum(axis=1, keepdims=True)
+        return (smooth / total).reshape(len(kept), *block_values.shape[1:])
 
 
 @lru_cache(maxsize=64)
@@ -126,8 +126,7 @@ def _weights(d: Decimation, reach: int, offset: int, rows: int, nodes: int) -> F
     kept = offset + d.every * np.arange(rows)
     away = np.abs(kept[:, None] - d.stride * np.arange(nodes))
     weights = response(d.step, d.cutoff, reach)[reach:]
-    out = np.where(away <= reach, weights[np.minimum(away, reach)], 0.0)
-    return np.asarray(out / out.sum(axis=1, keepdims=True))
+    return np.where(away <= reach, weights[np.minimum(away, reach)], 0.0)
 
 
 def decimation(samples: int, step: float, stride: int, cutoff: float) -> Decimation:
