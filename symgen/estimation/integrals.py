@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symgen.data.raw import Places
 from symgen.estimation.values import FloatArray
@@ -32,28 +34,52 @@ def over_windows(y: FloatArray, step: float, last: Places, length: int) -> Float
     Returns:
         (K, ...).
     """
-    until = _integral(y.reshape(len(y), -1))
+    flat = y.reshape(len(y), -1)
+    sums = np.zeros((len(y) + 1, flat.shape[1]))
+    np.cumsum(flat, axis=0, out=sums[1:])
+    ends = flat[:POINTS], flat[-POINTS:]
+    until = _integral(len(y), lambda at: sums[at], ends)
     out = step * (until(last) - until(last - length))
     return out.reshape(len(last), *y.shape[1:])
 
 
-def _integral(y: FloatArray) -> Callable[[Places], FloatArray]:
-    """Return a function from samples (K,) to the integral of y (N, n) up to them, (K, n).
+def window_weights(samples: int, last: Places, length: int) -> FloatArray:
+    """Return the weights of some samples in the integrals over windows, (K, samples).
+
+    Args:
+        samples: number of samples.
+        last, length: as in `over_windows`; the step is the unit of time.
+    """
+    numbers, points = np.arange(samples), min(POINTS, samples)
+    ends = np.eye(points, samples), np.eye(points, samples, samples - points)
+    until = _integral(samples, lambda at: numbers < at[:, None], ends)
+    return until(last) - until(last - length)
+
+
+def _integral(
+    samples: int,
+    sums: Callable[[Places], NDArray[Any]],
+    ends: tuple[FloatArray, FloatArray],
+) -> Callable[[Places], FloatArray]:
+    """Return a function from samples (K,) to the integral of a signal up to them, (K, n).
 
     The function has an arbitrary constant, and the step as its unit of time.
+
+    Args:
+        samples: number of samples.
+        sums: returns the sums of the samples before some, (K, n).
+        ends: the first and the last samples, at most POINTS, with n values each.
     """
-    points = min(POINTS, len(y))
+    points = min(POINTS, samples)
     # samples before the interval; number of inner intervals
-    before, inner = (points - 2) // 2, len(y) - points + 1
-    sums = np.zeros((len(y) + 1, y.shape[1]))
-    np.cumsum(y, axis=0, out=sums[1:])
+    before, inner = (points - 2) // 2, samples - points + 1
     weights = _interval_weights(points, before)
-    head = _edge(y[:points], range(before))
-    tail = _edge(y[-points:], range(before + 1, points - 1))
+    head = _edge(ends[0], range(before))
+    tail = _edge(ends[1], range(before + 1, points - 1))
 
     def until(at: Places) -> FloatArray:
         inside = np.clip(at - before, 0, inner)
-        middle = sum(w * sums[inside + k] for k, w in enumerate(weights))
+        middle = sum(w * sums(inside + k) for k, w in enumerate(weights))
         edge = head[np.minimum(at, before)] + tail[np.maximum(at - before - inner, 0)]
         return np.asarray(middle + edge)
 

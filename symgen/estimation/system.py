@@ -21,6 +21,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +32,7 @@ from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog, spans_of
 from symgen.estimation.integrals import over_windows
 from symgen.estimation.values import FloatArray
-from symgen.estimation.windows import place_windows, window_rows
+from symgen.estimation.windows import place_windows, rates_only, window_rows
 from symgen.runtime.evaluator import Evaluator
 
 
@@ -173,22 +174,25 @@ def join(logs: Sequence[Rows]) -> Rows:
 
 def _energy_terms(
     evaluator: Evaluator, q: FloatArray, qd: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the columns of energy, (K, 1, p_inertial), and of friction power, (K, 1, p)."""
-    h = evaluator.energy_regressor(q, qd)
-    power = np.column_stack([np.zeros_like(h), evaluator.friction_power(q, qd)])
-    return h[:, None], power[:, None]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the columns of energy, (K, 1, p_inertial), their slopes that no torque makes, and
+    those of friction power, (K, 1, p - p_inertial).
+    """
+    h, power = evaluator.energy_regressor(q, qd), evaluator.friction_power(q, qd)
+    return h[:, None], np.zeros_like(h)[:, None], power[:, None]
 
 
 def _momentum_terms(
     evaluator: Evaluator, q: FloatArray, qd: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the columns of momentum, (K, n, p_inertial), and of its rate of change, (K, n, p)."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the columns of momentum and dL/dq, (K, n, p_inertial), and of friction torque, (K, n,
+    p - p_inertial).
+    """
     momentum, slope = evaluator["momentum_regressor"](q, qd)
-    rates = -slope
+    friction = np.zeros((*q.shape, 0))
     if evaluator.has("friction_torque"):
-        rates = np.concatenate([rates, evaluator["friction_torque"](q, qd)], axis=2)
-    return momentum, rates
+        friction = evaluator["friction_torque"](q, qd)
+    return momentum, slope, friction
 
 
 def window_equations(
@@ -216,14 +220,13 @@ def window_equations(
 
     energy = model == "energy"
 
-    def terms(q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
-        state, rates = (_energy_terms if energy else _momentum_terms)(evaluator, q, qd)
-        if features is None:
-            return state, rates
-        functions = features.powers(q, qd) if energy else features(q, qd)
-        return state, np.concatenate([rates, functions], axis=2)
-
-    rows = window_rows(terms, *log.nodes(w.stride), w, log.step)
+    terms = partial(_energy_terms if energy else _momentum_terms, evaluator)
+    motion = log.nodes(w.stride)
+    W = window_rows(terms, *motion, w, log.step)
+    F = None
+    if features is not None:
+        functions = features.powers if energy else features
+        F = window_rows(rates_only(functions), *motion, w, log.step)
     names = evaluator.model.base.names
     signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
     y = over_windows(signal, log.step, last, w.steps * w.stride)
@@ -233,10 +236,8 @@ def window_equations(
     if log.mask is not None:
         masked = log.mask.robot[:, None] if energy else log.mask.joint
         weight *= untouched(masked, first, last)
-    W, F = np.split(rows, [len(names)], axis=2)
     extents = (Extent(len(y), w.correlation),)
-    known = F if features is not None else None
-    return Rows(names, W, y, log.t[last], weight, extents, energy, features=known)
+    return Rows(names, W, y, log.t[last], weight, extents, energy, features=F)
 
 
 def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> FloatArray:

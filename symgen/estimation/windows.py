@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -11,11 +12,11 @@ from symgen.data.raw import Places
 from symgen.errors import IdentificationError
 from symgen.estimation.decimation import BLOCK
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.integrals import POINTS, over_windows
+from symgen.estimation.integrals import POINTS, window_weights
 from symgen.estimation.values import FloatArray
 
-#: From q, qd (k, n) to functions of the state (k, m, a) and rates (k, m, c).
-Terms = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+#: From q, qd (k, n) to functions of the state and their slopes, (k, m, a) each, and rates (k, m, c).
+Terms = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
 _OVERLAP = 10
 _FINE = 20  # minimum number of nodes of a window, if the log has enough
 
@@ -77,12 +78,12 @@ def windows(step: float, stride: int, window: float) -> Windows:
 
 
 def window_rows(terms: Terms, q: FloatArray, qd: FloatArray, w: Windows, step: float) -> FloatArray:
-    """Return the changes of functions of a motion over windows plus integrals, (K, m, c).
+    """Return the changes of functions of a motion over windows, and integrals, (K, m, a + c).
 
-        s(t2) - s(t1) + integral r dt,    with the a columns of s added to the first a of r
+        s(t2) - s(t1) - integral slope dt,    integral r dt
 
     Args:
-        terms: function from q, qd (k, n) to s (k, m, a) and r (k, m, c).
+        terms: function from q, qd (k, n) to s and slope (k, m, a) and r (k, m, c).
         q, qd: (nodes, n) motion of a log.
         w: the windows of the log.
         step: sampling step, s.
@@ -91,16 +92,49 @@ def window_rows(terms: Terms, q: FloatArray, qd: FloatArray, w: Windows, step: f
     for ends in _chunks(len(q), w.steps, w.hop):
         low = max(int(ends[0]) - w.steps - POINTS, 0)
         span, at = slice(low, int(ends[-1]) + 1 + POINTS), ends - low
-        state, rates = terms(q[span], qd[span])
-        rows = over_windows(rates, w.stride * step, at, w.steps)
-        rows[:, :, : state.shape[2]] += state[at] - state[at - w.steps]
+        state, slope, rates = terms(q[span], qd[span])
+        weights = step * _weights(len(state), int(at[0]), len(at), w)
+        change = state[at] - state[at - w.steps]
+        change -= _product(weights, slope)
+        rows = np.concatenate([change, _product(weights, rates)], axis=2)
         parts.append(rows)
     return np.concatenate(parts)
+
+
+def rates_only(functions: Callable[[FloatArray, FloatArray], FloatArray]) -> Terms:
+    """Return the terms of functions that are integrated: no function of the state changes."""
+
+    def terms(q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        rates = functions(q, qd)
+        none = rates[:, :, :0]
+        return none, none, rates
+
+    return terms
+
+
+def _product(weights: FloatArray, x: FloatArray) -> FloatArray:
+    """Return the sums of x (k, m, c) with weights (K, k), (K, m, c)."""
+    k, m, c = x.shape
+    return np.asarray((weights @ x.reshape(k, m * c)).reshape(len(weights), m, c))
+
+
+@lru_cache(maxsize=32)
+def _weights(nodes: int, first: int, count: int, w: Windows) -> FloatArray:
+    """Return the weights of the nodes of a chunk in its integrals, in s of the step of a sample.
+
+    Args:
+        nodes: number of nodes of the chunk.
+        first: node at which its first window ends.
+        count: number of its windows.
+        w: the windows of the log.
+    """
+    last = first + w.hop * np.arange(count)
+    return w.stride * window_weights(nodes, last, w.steps)
 
 
 def _chunks(nodes: int, steps: int, hop: int) -> Iterator[Places]:
     """Yield the window ends chunk by chunk, as node numbers."""
     last = np.arange(steps, nodes, hop)
-    count = max(1, max(BLOCK, 2 * steps) // hop)
+    count = max(1, max(BLOCK // 2, 2 * steps) // hop)
     for first in range(0, len(last), count):
         yield last[first : first + count]

@@ -13,7 +13,7 @@ from symgen.estimation.estimators import Ols, Wls
 from symgen.estimation.features import RUBS, WAVES, Features, features_of
 from symgen.estimation.filtered_log import filter_log, unfiltered
 from symgen.estimation.system import Equations, Extent, Rows, join
-from symgen.estimation.windows import place_windows, window_rows
+from symgen.estimation.windows import place_windows, rates_only, window_rows
 
 #: Cosines and sines of the waves that are smooth; the others jump with the sign of a speed.
 SMOOTH = np.r_[: WAVES - RUBS, WAVES : 2 * WAVES - RUBS]
@@ -97,12 +97,7 @@ def test_equations_of_windows_see_the_integral_of_each_function(model: str) -> N
     log = unfiltered(_samples())
     known, w = features_of([log], (0, 0, 0)), place_windows(log, 0.3)
     functions = known if model == "momentum" else known.powers
-
-    def terms(q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rates = functions(q, qd)
-        return rates[:, :, :0], rates
-
-    rows = window_rows(terms, *log.nodes(w.stride), w, log.step)
+    rows = window_rows(rates_only(functions), *log.nodes(w.stride), w, log.step)
     values = functions(log.q, log.qd)
     for row, first, last in zip(rows, *w.spans(len(log.t)), strict=True):
         expected = simpson(values[first : last + 1], dx=log.step, axis=0)
