@@ -2,9 +2,9 @@
 
 All compared and all solved signals pass the same zero-phase low-pass (the parallel filter of
 Gautier). The output keeps four samples in a period of the cutoff and leaves out 0.3 s at both ends.
-Filter and decimation are one matrix, with the shifted impulse response in every row. Each chunk of a
-regressor adds one dense product to the rows within its reach, so no array as long as the log has to
-be stored.
+Filter and decimation are one matrix, with the shifted impulse response in every row. Each chunk of
+a regressor adds one dense product to the rows within its reach, so no array as long as the log has
+to be stored.
 """
 
 from __future__ import annotations

@@ -13,7 +13,12 @@ from symgen.codegen.model import Model
 from symgen.errors import IdentificationError
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.system import Rows, torque_equations, window_equations
+from symgen.estimation.system import (
+    Frame,
+    Rows,
+    torque_frame,
+    window_frame,
+)
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -84,12 +89,20 @@ class EquationModel:
         """Time in s that an equation reaches back."""
         return 0.0 if self.name == "torque" else self.window
 
+    def frame(self, log: FilteredLog) -> Frame:
+        """Return the equations of one log without their columns."""
+        if self.name == "torque":
+            return torque_frame(log)
+        return window_frame(log, self.name, self.window)
+
+    def filled(self, evaluator: Evaluator, frame: Frame, some: slice = slice(None)) -> Rows:
+        """Return some of the equations of a log with their columns."""
+        at = None if self.at is None else np.array(self.at)
+        return frame.filled(evaluator, at, self.features, some)
+
     def equations(self, evaluator: Evaluator, log: FilteredLog) -> Rows:
         """Build the equations of one log."""
-        if self.name == "torque":
-            at = None if self.at is None else np.array(self.at)
-            return torque_equations(evaluator, log, at, self.features)
-        return window_equations(evaluator, log, self.name, self.window, self.features)
+        return self.filled(evaluator, self.frame(log))
 
 
 def kernels_of(models: Iterable[EquationModel]) -> tuple[str, ...]:

@@ -37,6 +37,30 @@ _STANDS = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
+class Nodes:
+    """The motion of a log at its nodes, from which models are evaluated in the comparison band.
+
+    Attributes:
+        rows: low-pass of the comparison band on these nodes.
+        motion: the arrays of `FilteredLog.motion`, (nodes, n).
+        weight: (nodes, n) weight; None without a mask.
+    """
+
+    rows: Decimation
+    motion: tuple[FloatArray, ...]
+    weight: FloatArray | None
+
+    def modelled(self, model: Callable[..., FloatArray], block_size: int = BLOCK) -> FloatArray:
+        """Return a model along the log, see `FilteredLog.modelled`."""
+
+        def at(first: int, last: int) -> FloatArray:
+            modelled = model(*(x[first:last] for x in self.motion))
+            return modelled if self.weight is None else _weighed(modelled, self.weight[first:last])
+
+        return self.rows.filtered(at, block_size)
+
+
+@dataclass(frozen=True, eq=False)
 class FilteredLog:
     """One log in the band of a run; arrays at the sampling rate of the log.
 
@@ -211,7 +235,6 @@ class FilteredLog:
         model: Callable[..., FloatArray],
         block_size: int = BLOCK,
         stride: int | None = None,
-        motion: Sequence[FloatArray] | None = None,
     ) -> FloatArray:
         """Return a model along the log, in the comparison band at the kept samples, (K, ...).
 
@@ -219,20 +242,15 @@ class FilteredLog:
             model: function from the arrays of `motion`, (k, n) each, to (k, ...).
             block_size: approximate number of nodes to evaluate at once.
             stride: samples from node to node; None for `FilteredLog.stride`.
-            motion: another motion at the nodes, as the arrays of `motion`; None for that of the
-                log.
         """
+        return self.at_nodes(stride).modelled(model, block_size)
+
+    def at_nodes(self, stride: int | None = None) -> Nodes:
+        """Return the motion at every `stride`-th sample; None for `FilteredLog.stride`."""
         rows = self.rows if stride is None else replace(self.rows, stride=stride)
         every = self.stride if stride is None else stride
-        at_nodes = [x[::every] for x in self.motion] if motion is None else motion
-
-        def at(first: int, last: int) -> FloatArray:
-            modelled = model(*(np.ascontiguousarray(x[first:last]) for x in at_nodes))
-            if self.weight is None:
-                return modelled
-            return _weighed(modelled, self.weight[::every][first:last])
-
-        return rows.filtered(at, block_size)
+        motion = tuple(np.ascontiguousarray(x[::every]) for x in self.motion)
+        return Nodes(rows, motion, None if self.weight is None else self.weight[::every])
 
     @cached_property
     def resting(self) -> Bools | None:

@@ -19,7 +19,7 @@ nodes. Only the rows that an estimator needs are kept, some tens a second.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -29,11 +29,18 @@ import numpy as np
 from symgen.data.mask import untouched
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.features import Features
-from symgen.estimation.filtered_log import FilteredLog, spans_of
-from symgen.estimation.integrals import over_windows
+from symgen.estimation.filtered_log import FilteredLog, Nodes, spans_of
 from symgen.estimation.values import FloatArray
-from symgen.estimation.windows import place_windows, rates_only, window_rows
+from symgen.estimation.windows import (
+    Windows,
+    over_windows,
+    place_windows,
+    rates_only,
+    window_rows,
+)
 from symgen.runtime.evaluator import Evaluator
+
+_AT_ONCE = 1 << 11  # equations of windows of a long log
 
 
 class Extent(NamedTuple):
@@ -195,41 +202,71 @@ def _momentum_terms(
     return momentum, slope, friction
 
 
-def window_equations(
-    evaluator: Evaluator,
-    log: FilteredLog,
-    model: str,
-    window: float,
-    features: Features | None = None,
-) -> Rows:
-    """Build the equations of one log in sliding windows: one energy equation, or one for each
-    joint.
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """The equations of one log without their columns, and the motion that gives these.
+
+    Attributes:
+        rows: the equations; W has no columns.
+        nodes: the motion; only positions and speeds for windows.
+        windows: the windows of the log; None for torque equations.
+    """
+
+    rows: Rows
+    nodes: Nodes
+    windows: Windows | None = None
+
+    @property
+    def pieces(self) -> Iterator[slice]:
+        """The parts of the equations that memory should hold at once."""
+        count = len(self.rows.t)
+        most = count if self.windows is None else _AT_ONCE
+        return (slice(k, k + most) for k in range(0, count, most))
+
+    def filled(
+        self,
+        evaluator: Evaluator,
+        X: FloatArray | None = None,
+        features: Features | None = None,
+        some: slice = slice(None),
+    ) -> Rows:
+        """Return some of the equations with their columns, see `torque_equations`."""
+        F = None
+        if self.windows is None:
+            W = torque_rows(evaluator, self.nodes, X)[some]
+            F = None if features is None else features.in_band(self.nodes.modelled)[some]
+        else:
+            q, qd = self.nodes.motion
+            columns = _energy_terms if self.rows.energy else _momentum_terms
+            integrated = partial(window_rows, len(q), self.windows, self.nodes.rows.step, some)
+            W = integrated(lambda at: columns(evaluator, q[at], qd[at]))
+            if features is not None:
+                functions = features.powers if self.rows.energy else features.__call__
+                F = integrated(rates_only(lambda at: functions(q[at], qd[at])))
+        names = evaluator.model.base.names[: W.shape[2]]
+        y = self.rows.y[some]
+        extents = (Extent(len(y), self.rows.extents[0].correlation),)
+        t, weight = self.rows.t[some], self.rows.weight[some]
+        return Rows(names, W, y, t, weight, extents, self.rows.energy, features=F)
+
+
+def window_frame(log: FilteredLog, model: str, window: float) -> Frame:
+    """Return the equations of one log in sliding windows, without their columns: one energy
+    equation, or one for each joint.
 
     Args:
-        evaluator: the compiled model.
         log: the log in the band of the run.
         model: energy or momentum.
         window: length of the windows, s.
-        features: random functions of the state for the model misfit.
 
     Raises:
         IdentificationError: the window does not fit the log.
     """
     w = place_windows(log, window)
     first, last = w.spans(len(log.t))
-
     energy = model == "energy"
-
-    terms = partial(_energy_terms if energy else _momentum_terms, evaluator)
-    motion = log.nodes(w.stride)
-    W = window_rows(terms, *motion, w, log.step)
-    F = None
-    if features is not None:
-        functions = features.powers if energy else features
-        F = window_rows(rates_only(functions), *motion, w, log.step)
-    names = evaluator.model.base.names
     signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
-    y = over_windows(signal, log.step, last, w.steps * w.stride)
+    y = over_windows(signal, w, log.step)
     weight = np.ones(y.shape)
     if log.at_rest is not None and not energy:
         weight *= log.rest_weight(~untouched(log.at_rest, first, last))
@@ -237,7 +274,8 @@ def window_equations(
         masked = log.mask.robot[:, None] if energy else log.mask.joint
         weight *= untouched(masked, first, last)
     extents = (Extent(len(y), w.correlation),)
-    return Rows(names, W, y, log.t[last], weight, extents, energy, features=F)
+    rows = Rows((), np.zeros((*y.shape, 0)), y, log.t[last], weight, extents, energy)
+    return Frame(rows, Nodes(log.rows, log.nodes(w.stride), None), w)
 
 
 def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> FloatArray:
@@ -283,34 +321,38 @@ def torque_columns(
     return np.concatenate([W, np.stack(columns, axis=2)], axis=2)
 
 
-def torque_rows(
-    evaluator: Evaluator,
-    log: FilteredLog,
-    X: FloatArray | None = None,
-    motion: Sequence[FloatArray] | None = None,
-) -> FloatArray:
+def torque_rows(evaluator: Evaluator, nodes: Nodes, X: FloatArray | None = None) -> FloatArray:
     """Return the torque regressor of a log in the comparison band, (K, n, p); see `log.measured`.
 
     Columns that are zero for every motion are not filtered.
 
     Args:
         evaluator: the compiled model, with the kernel torque_regressor.
-        log: the log in the band of the run.
+        nodes: the log in the band of the run, at its nodes.
         X: (p,) at which effects use the model's torque, see `torque_columns`.
-        motion: another motion at the nodes, see `FilteredLog.modelled`.
     """
     base = evaluator.model.base
-    if log.mask is not None or (X is not None and base.linear < len(base.parameters)):
-        return log.modelled(lambda *at: torque_columns(evaluator, at, X), motion=motion)
+    if nodes.weight is not None or (X is not None and base.linear < len(base.parameters)):
+        return nodes.modelled(lambda *motion: torque_columns(evaluator, motion, X))
     kernel = evaluator["torque_regressor"]
     filled = list(kernel.kernel.filled[0])
 
     def entries(*motion: FloatArray) -> FloatArray:
         return np.asarray(kernel(*motion)).reshape(len(motion[0]), -1)[:, filled]
 
-    out: FloatArray = np.zeros((len(log.kept), kernel.kernel.size))
-    out[:, filled] = log.modelled(entries, motion=motion)
+    out: FloatArray = np.zeros((len(nodes.rows.kept), kernel.kernel.size))
+    out[:, filled] = nodes.modelled(entries)
     return out.reshape(len(out), evaluator.model.robot.n, -1)
+
+
+def torque_frame(log: FilteredLog, measured: FloatArray | None = None) -> Frame:
+    """Return the torque equations of one log without their columns, see `torque_equations`."""
+    y = log.measured if measured is None else measured
+    correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
+    weight = log.rest_weight(log.resting) * log.free
+    extents = (Extent(len(y), correlation),)
+    rows = Rows((), np.zeros((*y.shape, 0)), y, log.compared_t, weight, extents)
+    return Frame(rows, log.at_nodes())
 
 
 def torque_equations(
@@ -323,15 +365,9 @@ def torque_equations(
     """Build the torque equations of one log in the comparison band.
 
     Args:
-        evaluator, log, X: see `torque_rows`.
+        evaluator, X: see `torque_rows`.
+        log: the log in the band of the run.
         features: random functions of the state for the model misfit.
         measured: `log.measured`, (K, n), if already known from another cutoff.
     """
-    y = log.measured if measured is None else measured
-    W = torque_rows(evaluator, log, X)
-    correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
-    weight = log.rest_weight(log.resting) * log.free
-    F = None if features is None else features.in_band(log.modelled)
-    names = evaluator.model.base.names[: W.shape[2]]
-    extents = (Extent(len(y), correlation),)
-    return Rows(names, W, y, log.compared_t, weight, extents, features=F)
+    return torque_frame(log, measured).filled(evaluator, X, features)

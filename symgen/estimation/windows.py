@@ -1,8 +1,11 @@
-"""Sliding windows of a log: their ends in nodes, and the chunks of nodes that they need."""
+"""Sliding windows of a log: their ends in nodes, and integrals over them.
+
+Integrals of many columns are the product of the columns with a small matrix, chunk by chunk.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -10,14 +13,15 @@ import numpy as np
 
 from symgen.data.raw import Places
 from symgen.errors import IdentificationError
-from symgen.estimation.decimation import BLOCK
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.integrals import POINTS, window_weights
 from symgen.estimation.values import FloatArray
 
-#: From q, qd (k, n) to functions of the state and their slopes, (k, m, a) each, and rates (k, m, c).
-Terms = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
+#: From a span of k nodes to functions of the state and their slopes, (k, m, a) each, and rates (k,
+#: m, c).
+Terms = Callable[[slice], tuple[FloatArray, FloatArray, FloatArray]]
 _OVERLAP = 10
+_CHUNK = 128  # approximate number of nodes to evaluate at once
 _FINE = 20  # minimum number of nodes of a window, if the log has enough
 
 
@@ -77,37 +81,52 @@ def windows(step: float, stride: int, window: float) -> Windows:
     return Windows(stride, nodes, max(1, round(nodes / _OVERLAP)))
 
 
-def window_rows(terms: Terms, q: FloatArray, qd: FloatArray, w: Windows, step: float) -> FloatArray:
+def window_rows(nodes: int, w: Windows, step: float, some: slice, terms: Terms) -> FloatArray:
     """Return the changes of functions of a motion over windows, and integrals, (K, m, a + c).
 
         s(t2) - s(t1) - integral slope dt,    integral r dt
 
     Args:
-        terms: function from q, qd (k, n) to s and slope (k, m, a) and r (k, m, c).
-        q, qd: (nodes, n) motion of a log.
+        nodes: number of nodes of a log.
         w: the windows of the log.
         step: sampling step, s.
+        some: which windows.
+        terms: function from a span of nodes to s and slope (k, m, a) and r (k, m, c).
     """
+    last = np.arange(w.steps, nodes, w.hop)[some]
+    count = max(1, max(_CHUNK, 2 * w.steps) // w.hop)
     parts = []
-    for ends in _chunks(len(q), w.steps, w.hop):
+    for first in range(0, len(last), count):
+        ends = last[first : first + count]
         low = max(int(ends[0]) - w.steps - POINTS, 0)
-        span, at = slice(low, int(ends[-1]) + 1 + POINTS), ends - low
-        state, slope, rates = terms(q[span], qd[span])
+        state, slope, rates = terms(slice(low, int(ends[-1]) + 1 + POINTS))
+        at = ends - low
         weights = step * _weights(len(state), int(at[0]), len(at), w)
         change = state[at] - state[at - w.steps]
         change -= _product(weights, slope)
-        rows = np.concatenate([change, _product(weights, rates)], axis=2)
-        parts.append(rows)
+        parts.append(np.concatenate([change, _product(weights, rates)], axis=2))
     return np.concatenate(parts)
 
 
-def rates_only(functions: Callable[[FloatArray, FloatArray], FloatArray]) -> Terms:
-    """Return the terms of functions that are integrated: no function of the state changes."""
+def over_windows(x: FloatArray, w: Windows, step: float) -> FloatArray:
+    """Return the integrals of a signal (N, m) over windows, (K, m).
 
-    def terms(q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        rates = functions(q, qd)
-        none = rates[:, :, :0]
-        return none, none, rates
+    Args:
+        x: the signal at every sample.
+        w, step: as in `window_rows`.
+    """
+    every = Windows(1, w.steps * w.stride, w.hop * w.stride)
+    terms = rates_only(lambda at: x[at, :, None])
+    return window_rows(len(x), every, step, slice(None), terms)[:, :, 0]
+
+
+def rates_only(rates: Callable[[slice], FloatArray]) -> Terms:
+    """Return the terms of functions that are only integrated."""
+
+    def terms(nodes: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+        values = rates(nodes)
+        none = values[:, :, :0]
+        return none, none, values
 
     return terms
 
@@ -120,7 +139,7 @@ def _product(weights: FloatArray, x: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=32)
 def _weights(nodes: int, first: int, count: int, w: Windows) -> FloatArray:
-    """Return the weights of the nodes of a chunk in its integrals, in s of the step of a sample.
+    """Return the weights of the nodes of a chunk in its integrals, in steps of the log.
 
     Args:
         nodes: number of nodes of the chunk.
@@ -130,11 +149,3 @@ def _weights(nodes: int, first: int, count: int, w: Windows) -> FloatArray:
     """
     last = first + w.hop * np.arange(count)
     return w.stride * window_weights(nodes, last, w.steps)
-
-
-def _chunks(nodes: int, steps: int, hop: int) -> Iterator[Places]:
-    """Yield the window ends chunk by chunk, as node numbers."""
-    last = np.arange(steps, nodes, hop)
-    count = max(1, max(BLOCK // 2, 2 * steps) // hop)
-    for first in range(0, len(last), count):
-        yield last[first : first + count]

@@ -3,11 +3,12 @@
     files --columns of time--> stretches without gaps --last fifth held out--> logs
     logs --a sample of them--> in memory: band, delay, faults, model, tests, curves
     logs --segments--> summaries of the equations of each --added up--> weights, X
-    logs --segments again--> sums of scores, squared errors of torque --added up--> covariance, fit
+    segments --decimated--> sums of scores, squared errors of torque --added up--> covariance, fit
 
 Each segment is opened as a separate log. Filters and windows lose less than a second at its edges,
-of 2^18 samples. A worker gets the address of a segment and returns sums, whose size does not depend
-on the number of samples.
+of 2^18 samples. Its nodes are kept in memory for the errors; where they do not fit, it is opened
+again. A worker gets the address of a segment and returns sums, whose size does not depend on the
+number of samples.
 """
 
 from __future__ import annotations
@@ -22,22 +23,22 @@ import numpy as np
 
 from symgen.data import long_logs
 from symgen.data.long_logs import Stretch, read_rows
+from symgen.data.mask import Bools
 from symgen.data.raw import Reading
-from symgen.data.signals import sampled
 from symgen.data.tables import has_segments
 from symgen.estimation.band import Band
 from symgen.estimation.covariance import bartlett, scores
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Ols
-from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.opening import open_log
+from symgen.estimation.filtered_log import FilteredLog, Nodes, filter_log
 from symgen.estimation.solve import (
     PASSES,
     least_squares_solution,
     log_weights,
 )
 from symgen.estimation.summary import Summary, merge_summaries, summaries
-from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
+from symgen.estimation.system import Frame, torque_at
+from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault, merge_faults
 from symgen.faults.repair import open_samples
@@ -53,6 +54,8 @@ from symgen.parallel import in_order
 from symgen.robot.toml_text import robot_toml
 from symgen.runtime.evaluator import Evaluator, load_model
 
+#: Bytes of filtered segments that are kept for their errors; further segments are read again.
+_ROOM = 1 << 27
 _LOOKED = 1 << 13  # samples of a segment that are first checked for wrong speeds
 Result = TypeVar("Result")
 
@@ -64,12 +67,35 @@ class Segment:
     Attributes:
         rows: rows of the log.
         number: number of the log.
-        clean: whether the segment is known to need no repair and no mask.
+        reduced: what its errors need, if kept in memory.
     """
 
     rows: Stretch
     number: int
-    clean: bool = False
+    reduced: Reduced | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """What equations and errors need of a filtered segment.
+
+    Attributes:
+        frame: its equations without their columns.
+        nodes: its motion, for the model's torque.
+        measured: torque in the comparison band, (K, n).
+        free, resting: as in `FilteredLog`, (K, n).
+    """
+
+    frame: Frame
+    nodes: Nodes
+    measured: FloatArray
+    free: Bools
+    resting: Bools | None
+
+    @property
+    def size(self) -> int:
+        """Approximate size in bytes."""
+        return 2 * sum(x.nbytes for x in self.nodes.motion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +109,7 @@ class Folding:
         band: band of the run.
         model: model of the equations.
         delays: delays of torques to undo: positions of the joints, empty for all, and s.
+        keeps: whether results contain what the errors of a segment need.
     """
 
     robot: str
@@ -91,6 +118,7 @@ class Folding:
     band: Band
     model: EquationModel
     delays: tuple[tuple[tuple[int, ...], float], ...]
+    keeps: bool
 
     @property
     def evaluator(self) -> Evaluator:
@@ -122,15 +150,11 @@ def _open(segment: Segment, folding: Folding) -> tuple[FilteredLog, tuple[Fault,
     robot = folding.evaluator.model.robot
     log = read_rows(s, s.rows, robot, reading)
     clock = s.times[0], s.step
-    repairs: tuple[Fault, ...] = ()
-    if segment.clean:
-        samples = sampled(open_log(log, robot, reading), clock)
-    else:
-        samples, repairs = open_samples(log, robot, reading, clock=clock)
+    samples, repairs = open_samples(log, robot, reading, clock=clock)
     middle = slice(max(len(samples.t) - _LOOKED, 0) // 2, None)
     looked = samples.cut(middle).cut(slice(_LOOKED))
     band = folding.band.comparison_hz
-    if not segment.clean and mended_speeds(looked, band)[1]:
+    if mended_speeds(looked, band)[1]:
         samples, more = mended_speeds(samples, band)
         repairs += more
     for joints, delay in folding.delays:
@@ -138,11 +162,24 @@ def _open(segment: Segment, folding: Folding) -> tuple[FilteredLog, tuple[Fault,
     return filter_log(samples, folding.band), repairs
 
 
-def fold_equations(folding: Folding, segment: Segment) -> tuple[list[Summary], tuple[Fault, ...]]:
-    """Return the summaries of a segment's equations, joint by joint, and its repairs."""
+def _reduced(segment: Segment, folding: Folding) -> tuple[Reduced, tuple[Fault, ...]]:
+    """Open a segment and return what equations and errors need of it, and its repairs."""
     log, repairs = _open(segment, folding)
-    rows = folding.model.equations(folding.evaluator, log)
-    return summaries(rows.parts), repairs
+    frame = folding.model.frame(log)
+    return Reduced(frame, log.at_nodes(), log.measured, log.free, log.resting), repairs
+
+
+def fold_equations(
+    folding: Folding, segment: Segment
+) -> tuple[list[Summary], tuple[Fault, ...], Reduced | None]:
+    """Return the summaries of a segment's equations, joint by joint, its repairs, and what its
+    errors need if this process is to keep it.
+    """
+    reduced, repairs = _reduced(segment, folding)
+    filled = partial(folding.model.filled, folding.evaluator, reduced.frame)
+    pieces = [summaries(filled(some).parts) for some in reduced.frame.pieces]
+    merged = [merge_summaries(parts) for parts in zip(*pieces, strict=True)]
+    return merged, repairs, reduced if folding.keeps else None
 
 
 #: (number of the log, joint) -> weight of the equations, and lag of the sums of scores in rows.
@@ -150,18 +187,21 @@ Weights = Mapping[tuple[int, int], tuple[float, int]]
 
 
 def fold_errors(
-    folding: Folding, X: FloatArray, weights: Weights, segment: Segment
+    folding: Folding, X: FloatArray, weights: Weights | None, segment: Segment
 ) -> tuple[FloatArray, TorqueFit]:
-    """Return the sums of scores (p, p) of a segment for X, and its torque errors."""
-    evaluator, (log, _) = folding.evaluator, _open(segment, folding)
-    torque = modelled_torque(evaluator, log, X)
-    fit = squares(log.free, log.measured, torque, log.resting)
+    """Return the sums of scores (p, p) of a segment for X, 0 without weights, and its torque
+    errors.
+    """
+    evaluator, s = folding.evaluator, segment.reduced or _reduced(segment, folding)[0]
+    torque = s.nodes.modelled(partial(torque_at, evaluator, X))
+    fit = squares(s.free, s.measured, torque, s.resting)
     meat = np.zeros((len(X), len(X)))
-    if segment.rows.kind == "train":
+    if segment.rows.kind == "train" and weights is not None:
         model = replace(folding.model, features=None)  # scores need no features
-        for j, e in enumerate(model.equations(evaluator, log).parts):
+        pieces = [model.filled(evaluator, s.frame, some).parts for some in s.frame.pieces]
+        for j, parts in enumerate(zip(*pieces, strict=True)):
             weight, lag = weights[segment.number, j]
-            meat += bartlett(scores(e, X, weight), lag)
+            meat += bartlett(np.concatenate([scores(e, X, weight) for e in parts]), lag)
     return meat, fit
 
 
@@ -182,6 +222,7 @@ def solve_segments(chosen: ChosenModel, method: Method) -> Outcome:
         campaign.band,
         model,
         tuple((c.cause.joints, c.cause.delay) for c in campaign.answer.delays),
+        long.executor is None,
     )
     summed, segments, mended = _summaries(chosen, folding)
     train, held = (
@@ -202,7 +243,7 @@ def solve_segments(chosen: ChosenModel, method: Method) -> Outcome:
     settled = settle(chosen, method, solution, prior)
     X = settled.solution.X
     if X is not solution.X:
-        _, fits = _errors(chosen, segments, partial(fold_errors, folding, X, rows))
+        _, fits = _errors(chosen, segments, partial(fold_errors, folding, X, None))
     curves = campaign.torques(X)
     fits = [replace(every, traces=some.traces) for every, some in zip(fits, curves, strict=True)]
     everywhere = (fault for fault in campaign.repairs if fault.log == EVERYWHERE)
@@ -231,9 +272,13 @@ def _summaries(
     read: list[Segment] = []
     mended: list[Fault] = []
     folded = _each(chosen, partial(fold_equations, folding), segments, "equations")
-    for segment, (joints, repairs) in zip(segments, folded, strict=True):
+    room = _ROOM
+    for segment, (joints, repairs, reduced) in zip(segments, folded, strict=True):
         mended += repairs
-        read.append(replace(segment, clean=not (repairs or long.reading.mask)))
+        if reduced is not None and reduced.size > room:
+            reduced = None
+        room -= reduced.size if reduced is not None else 0
+        read.append(replace(segment, reduced=reduced))
         for j, s in enumerate(joints):
             key = segment.number, j
             before = [summed[key]] if key in summed else []

@@ -97,7 +97,9 @@ def test_equations_of_windows_see_the_integral_of_each_function(model: str) -> N
     log = unfiltered(_samples())
     known, w = features_of([log], (0, 0, 0)), place_windows(log, 0.3)
     functions = known if model == "momentum" else known.powers
-    rows = window_rows(rates_only(functions), *log.nodes(w.stride), w, log.step)
+    q, qd = log.nodes(w.stride)
+    rates = rates_only(lambda nodes: functions(q[nodes], qd[nodes]))
+    rows = window_rows(len(q), w, log.step, slice(None), rates)
     values = functions(log.q, log.qd)
     for row, first, last in zip(rows, *w.spans(len(log.t)), strict=True):
         expected = simpson(values[first : last + 1], dx=log.step, axis=0)

@@ -14,9 +14,9 @@ from oracles.arm import Arm, X, sines
 from support import data_folder, sampled
 
 import symgen
+from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered_log import unfiltered
-from symgen.estimation.system import window_equations
 from symgen.report.store import result_files
 
 
@@ -112,7 +112,8 @@ def test_standard_deviations_cover_the_truth() -> None:
     for _ in range(200):
         tau = clean.tau + 0.2 * draw.normal(size=clean.tau.shape)
         log = symgen.make_log("noisy", clean.t, clean.q, tau, clean.qd)
-        equations = window_equations(evaluator, unfiltered(symgen.prepare(log)), "energy", 0.2)
+        prepared = unfiltered(symgen.prepare(log))
+        equations = EquationModel("energy", 0.2).equations(evaluator, prepared)
         solution = Wls().solve(equations)
         std = np.sqrt(np.diag(solution.covariance))
         inside.append(np.abs(solution.X - X) < 1.96 * std)

@@ -16,7 +16,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import ESTIMATORS
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.system import Equations, Rows, join, window_equations
+from symgen.estimation.system import Equations, Rows, join
 from symgen.estimation.values import Reason
 from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented
@@ -147,7 +147,7 @@ def _at_every_sample(
     for first in range(hop):
         span = slice(first, None)
         cut = FilteredLog(log.samples.cut(span), log.band, log.q[span], log.qd[span])
-        found.append(window_equations(evaluator, cut, "energy", window))
+        found.append(EquationModel("energy", window).equations(evaluator, cut))
     rows = join(found)
     order = np.argsort(rows.t)
     assert len(order) == len(log.t) - steps
