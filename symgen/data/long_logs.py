@@ -1,7 +1,7 @@
 """Long logs in files: the files of a source, their stretches without gaps, and reading by rows.
 
-A source is a path, a pattern (`logs/*.parquet`), a folder, or a URL. Parquet is read by rows. CSV
-and NPZ are read completely.
+A source is a path, a pattern (`logs/*.parquet`), a folder, or a URL. Parquet and NPZ are read by
+rows. CSV is read completely.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from symgen.data.bags import is_bag
 from symgen.data.gaps import holes
 from symgen.data.log import Log, checked_log, reading_of
 from symgen.data.raw import Reading, readable, refuse, wanted_by
-from symgen.data.tables import SUFFIXES, has_segments, is_parquet, open_table, rows_of
+from symgen.data.tables import SUFFIXES, has_segments, open_table, rows_of
 from symgen.data.units import IN_SI, Units
 from symgen.data.urls import is_remote, remote_files
 from symgen.errors import located, plain
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 LIMIT = 1 << 18
 Source = str | Path | Log
 #: Note on a file whose rows cannot be read alone.
-_COMPLETELY = "the file was read completely; Parquet needs less memory"
+_COMPLETELY = "the file was read completely; Parquet and NPZ need less memory"
 _ACCEPTED = "Parquet, CSV or NPZ files, a folder of them, a pattern such as 'logs/*.parquet', a URL"
 
 
@@ -194,6 +194,6 @@ def read_rows(
         raw = table.part(*rows)
         with located(f"rows {rows[0]} to {rows[1]}"):
             log = checked_log(name, raw, wanted, True)
-    if rows[0] > 0 or is_parquet(stretch.file):
+    if rows[0] > 0 or has_segments(stretch.file):
         return log
     return replace(log, notes=(*log.notes, f"{stretch.name}: {_COMPLETELY}"))

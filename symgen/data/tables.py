@@ -1,19 +1,22 @@
 """Read logs as tables: CSV, NPZ, and Parquet on disk or at a URL.
 
-Parquet is read in batches, each row once. CSV and NPZ are read completely.
+Parquet is read in batches, each row once. Rows of NPZ are read alone, CSV completely.
 """
 
 from __future__ import annotations
 
 import csv
 import re
+import shutil
+import struct
+import tempfile
 import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, Literal
 
 import numpy as np
 from numpy.lib import format as npy
@@ -75,8 +78,7 @@ def open_table(name: str, wanted: Wanted, units: Units | None = None) -> Iterato
             refuse("is a CSV or NPZ at a URL", "Parquet at a URL, other files on a disk")
         if path.stat().st_size == 0:
             refuse("the file is empty", COLUMNS)
-        again = units is not None
-        table = _npz(path, wanted, again) if suffix == ".npz" else _csv(path, wanted)
+        table = _npz(path, wanted) if suffix == ".npz" else _csv(path, wanted)
         yield _in_si(table, wanted, units)
     except (OSError, ValueError, csv.Error) as error:
         refuse(f"cannot be read: {error}", "a CSV, Parquet or NPZ file")
@@ -143,27 +145,28 @@ class ColumnTable:
         begin, end = groups[0], min(groups[1] + 1, len(self.ends))
         chosen = range(begin, end)
         row = int(self.ends[begin - 1]) if begin else 0
-        pieces: dict[int, list[NDArray[Any]]] = {k: [] for k in columns}
+        widths = {
+            role: len(self.groups["q"] if role in BESIDE else group)
+            for role, group in self.groups.items()
+        }
+        arrays = {role: np.full((last - first, width), np.nan) for role, width in widths.items()}
+        stamps: list[NDArray[Any]] = []  # may be integers beyond those of a double
         for batch in self.batches([*columns], chosen):
             skipped, until = max(first - row, 0), max(last - row, 0)
-            for k, column in zip(columns, batch, strict=True):
-                pieces[k].append(_numbers(column)[skipped:until])
+            values = {k: _numbers(c)[skipped:until] for k, c in zip(columns, batch, strict=True)}
+            stamps.append(values[self.groups["t"][0]])
+            begin = max(row - first, 0)
+            rows = slice(begin, begin + len(stamps[-1]))
+            for role, group in self.groups.items():
+                for j, k in group.items():
+                    arrays[role][rows, j] = values[k]
             row += len(batch[0])
             if row >= last:
                 break
         if row < last:
             refuse(f"ends before row {last}", "a file that does not change")
-        arrays: dict[str, NDArray[Any]] = {}
-        for role, group in self.groups.items():
-            if role == "t":  # stamps may be integers beyond those of a double
-                stamps = np.concatenate(pieces[group[0]] or [np.zeros(0)])
-                arrays[role] = self.units.seconds(stamps)
-                continue
-            width = len(self.groups["q"] if role in BESIDE else group)
-            x = np.full((last - first, width), np.nan)
-            for j, k in group.items():
-                x[:, j] = np.concatenate(pieces[k]) if pieces[k] else np.nan
-            arrays[role] = self.units.si(role, x)
+        arrays = {role: self.units.si(role, x) for role, x in arrays.items()}
+        arrays["t"] = self.units.seconds(np.concatenate(stamps or [np.zeros(0)]))
         for x in arrays.values():
             x.setflags(write=False)
         header = dict(enumerate(self.header))
@@ -353,7 +356,8 @@ class Arrays:
 
     def part(self, first: int, last: int) -> Raw:
         """Return the rows from `first` to before `last`."""
-        arrays = {role: x[first:last] for role, x in self.arrays.items()}
+        # copies, which outlive the file
+        arrays = {role: np.array(x[first:last]) for role, x in self.arrays.items()}
         arrays = {role: self.units.si(role, x) for role, x in arrays.items()}
         arrays["t"] = self.units.seconds(arrays["t"])
         return Raw(arrays, self.ignored, converted=self.units.conversions)
@@ -362,13 +366,12 @@ class Arrays:
 Table = Arrays | ColumnTable
 
 
-def _npz(path: Path, wanted: Wanted, again: bool) -> Arrays:
+def _npz(path: Path, wanted: Wanted) -> Arrays:
     """Read a file of numpy.savez.
 
     Args:
         path: the file.
         wanted: what to read; its columns map log arrays to arrays of the file.
-        again: whether other rows of the file are read too.
 
     Raises:
         LogError: the file lacks the arrays of a log.
@@ -382,8 +385,7 @@ def _npz(path: Path, wanted: Wanted, again: bool) -> Arrays:
     for ours, theirs in columns.items():
         if ours not in ROLES:
             refuse(f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
-    load = _load_once if again else _load
-    content = load(path, frozenset(names.values()), path.stat().st_mtime_ns)
+    content = _content(path, names.values())
     for ours, theirs in columns.items():
         if theirs not in content:
             refuse(f"there is no array {theirs!r} (--columns {ours})", listed([*content]))
@@ -402,36 +404,80 @@ def _npz(path: Path, wanted: Wanted, again: bool) -> Arrays:
     return Arrays(arrays, tuple(key for key in content if key not in used))
 
 
-def _load(path: Path, needed: frozenset[str], _changed: int) -> dict[str, Any]:
+def _content(path: Path, needed: Iterable[str]) -> dict[str, Any]:
     """Return the arrays of a file of numpy.savez: those that are needed, and None for others.
-
-    Args:
-        path: the file.
-        needed: names of arrays.
 
     Raises:
         LogError: the file is damaged.
     """
+    out: dict[str, Any] = {}
     try:
-        # allow_pickle stays off: a pickle in a log would run code of whoever wrote it. The file is
-        # opened here because numpy leaves it open when the archive is damaged.
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            require_size(path, sum(entry.file_size for entry in archive.zip.infolist()))
-            return {key: archive[key] if key in needed else None for key in archive.files}
+        with zipfile.ZipFile(_stored(path, path.stat().st_mtime_ns)) as archive:
+            for entry in archive.infolist():
+                key = entry.filename.removesuffix(".npy")
+                out[key] = _mapped(archive, entry) if key in needed else None
     except SymgenError:
         raise
     except Exception as error:  # a damaged archive can raise any exception
-        what = "an array holds Python objects" if "Object arrays" in str(error) else str(error)
-        return refuse(f"cannot be read: {what}", KEYS)
+        refuse(f"cannot be read: {error}", KEYS)
+    return out
 
 
-#: The segments of a long log share its arrays, until the file changes.
-_load_once = lru_cache(maxsize=1)(_load)
+@lru_cache(maxsize=1)
+def _stored(path: Path, _changed: int) -> Any:
+    """Return an archive of numpy.savez without compression: the file, or a temporary copy.
+
+    Every array is read once, in pieces, so that damage is found.
+
+    Raises:
+        BadZipFile: the file is damaged.
+    """
+    with zipfile.ZipFile(path) as archive:
+        entries = archive.infolist()
+        require_size(path, sum(entry.file_size for entry in entries))
+        if all(entry.compress_type == zipfile.ZIP_STORED for entry in entries):
+            if damaged := archive.testzip():
+                raise zipfile.BadZipFile(f"{damaged} is damaged")
+            return path
+        copy = tempfile.NamedTemporaryFile()  # noqa: SIM115 (closed when the cache forgets it)
+        with zipfile.ZipFile(copy, "w") as unpacked:
+            for entry in entries:
+                with archive.open(entry) as a, unpacked.open(entry.filename, "w") as b:
+                    shutil.copyfileobj(a, b, _BUFFER)
+    return copy
+
+
+def _mapped(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[Any]:
+    """Return an array of an archive without compression; memory holds only rows that are used."""
+    with archive.open(entry) as array:
+        shape, fortran, dtype = _header(array)
+        header = array.tell()
+    assert archive.filename is not None
+    if dtype.hasobject:  # a pickle in a log would run code of whoever wrote it
+        refuse("cannot be read: an array holds Python objects", KEYS)
+    if 0 in shape:
+        return np.zeros(shape, dtype)
+    begin = _data_of(archive, entry) + header
+    order: Literal["C", "F"] = "F" if fortran else "C"
+    return np.memmap(archive.filename, dtype, "r", begin, shape, order)
+
+
+def _data_of(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> int:
+    """Return the place of the data of an entry: behind its name and its extra field."""
+    assert archive.fp is not None
+    archive.fp.seek(entry.header_offset + 26)
+    name, extra = struct.unpack("<HH", archive.fp.read(4))
+    return entry.header_offset + 30 + int(name) + int(extra)
+
+
+def _header(array: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Return shape, order and type of an array from its header."""
+    old = npy.read_magic(array) == (1, 0)
+    return (npy.read_array_header_1_0 if old else npy.read_array_header_2_0)(array)
 
 
 def rows_of(name: str) -> int:
     """Return the approximate number of rows of a file; 0 if only reading it would show it."""
-    import pyarrow as pa
     import pyarrow.parquet as pq
 
     try:
@@ -442,34 +488,27 @@ def rows_of(name: str) -> int:
         with open(name, "rb") as file:
             blocks = iter(partial(file.read, _BUFFER), b"")
             return sum(block.count(b"\n") for block in blocks)
-    except (pa.ArrowException, OSError, ValueError, zipfile.BadZipFile):
+    except Exception:  # a damaged archive can raise any exception
         return 0
 
 
 def _rows_of_npz(name: str) -> int:
-    """Return the largest number of rows of the uncompressed arrays in a file of numpy.savez."""
+    """Return the largest number of rows of the arrays in a file of numpy.savez."""
     most = 0
     with zipfile.ZipFile(name) as archive:
         for entry in archive.infolist():
-            if entry.compress_type == zipfile.ZIP_STORED:
-                with archive.open(entry) as array:
-                    version = npy.read_magic(array)
-                    old = version == (1, 0)
-                    read = npy.read_array_header_1_0 if old else npy.read_array_header_2_0
-                    shape, _, _ = read(array)
-                    most = max(most, *shape[:1])
+            with archive.open(entry) as array:
+                most = max(most, *_header(array)[0][:1])
     return most
 
 
 def has_segments(name: str) -> bool:
-    """Return whether a long file is read in segments: Parquet and uncompressed NPZ."""
-    if name.lower().endswith(".npz"):
-        return rows_of(name) > 0
-    return is_parquet(name)
+    """Return whether rows of a file are read alone: of Parquet and NPZ."""
+    return name.lower().endswith((".parquet", ".npz"))
 
 
 def is_parquet(name: str) -> bool:
-    """Return whether a file is Parquet, of which rows can be read alone."""
+    """Return whether a file is Parquet."""
     return name.lower().endswith(".parquet")
 
 
