@@ -112,7 +112,7 @@ class Decimation:
         return (smooth / total).reshape(len(kept), *block_values.shape[1:])
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=8)
 def _weights(d: Decimation, reach: int, offset: int, rows: int, nodes: int) -> FloatArray:
     """Return the weights of some nodes in consecutive kept samples, (rows, nodes).
 

@@ -148,9 +148,10 @@ def _open(segment: Segment, folding: Folding) -> tuple[FilteredLog, tuple[Fault,
     """
     s, reading = segment.rows, folding.reading
     robot = folding.evaluator.model.robot
-    log = read_rows(s, s.rows, robot, reading)
     clock = s.times[0], s.step
-    samples, repairs = open_samples(log, robot, reading, clock=clock)
+    rows = read_rows(s, s.rows, robot, reading)
+    samples, repairs = open_samples(rows, robot, reading, clock=clock)
+    del rows  # memory for the filters
     middle = slice(max(len(samples.t) - _LOOKED, 0) // 2, None)
     looked = samples.cut(middle).cut(slice(_LOOKED))
     band = folding.band.comparison_hz
