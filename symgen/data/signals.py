@@ -396,14 +396,14 @@ def continuation(x: FloatArray, length: int, window: int) -> FloatArray:
         window: number of samples for the local cubic at the first sample.
     """
     window = min(window, len(x))
-    start, curvature = _end_of_cubic(window) @ x[:window]
+    start, curvature = end_of_cubic(window) @ x[:window]
     back = np.arange(length, 0, -1, dtype=np.float64)[:, None]
     mirrored = 2.0 * start - x[length:0:-1]
     return np.asarray(mirrored + curvature * back**2)
 
 
 @lru_cache(maxsize=32)
-def _end_of_cubic(window: int) -> FloatArray:
+def end_of_cubic(window: int) -> FloatArray:
     """Return the matrix from samples to the value and second derivative of their cubic at the first
     one.
     """

@@ -13,7 +13,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from symgen.data.raw import Places
 from symgen.data.signals import (
     OPEN,
     TAIL,
-    continuation,
+    end_of_cubic,
     end_window,
     response,
 )
@@ -83,33 +82,84 @@ class Decimation:
             return np.concatenate([values(k, min(k + block_size, self.samples)) for k in blocks])
         kept = self.kept
         reach = min(math.ceil(TAIL / (self.cutoff * self.step)), self.samples - 1)
-        beyond = min(reach // self.stride, self.nodes - 1)  # nodes that extend an end
-        window = end_window(self.stride * self.step, self.cutoff)
         period = self.every // math.gcd(self.every, self.stride)
         # the next block has the same position among the kept samples
         block = period * max(1, block_size // period)
-        longest = max(beyond + 1, window)  # of the first and the last block: each extends its end
-        begin = min(block * -(-longest // block), self.nodes)
-        edges = [0, *range(begin, self.nodes - longest + 1, block), self.nodes]
-        smooth, total = np.zeros((len(kept), 0)), np.zeros((len(kept), 1))
-        for first, last in pairwise(edges):
+        ends = [_End(self, reach, at) for at in (kept, (self.nodes - 1) * self.stride - kept)]
+        total = ends[0].moments[:, 0] / 2 + ends[1].moments[:, 0] / 2
+        smooth = np.zeros((len(kept), 0))
+        for first in range(0, self.nodes, block):
+            last = min(first + block, self.nodes)
             block_values = values(first, last)
-            flat, lowest = block_values.reshape(len(block_values), -1), first
+            flat = block_values.reshape(last - first, -1)
             if first == 0:
-                flat = np.concatenate([continuation(flat, beyond, window), flat])
-                lowest, smooth = -beyond, np.zeros((len(kept), flat.shape[1]))
-            if last == self.nodes:
-                flat = np.concatenate([flat, continuation(flat[::-1], beyond, window)[::-1]])
-            start = lowest * self.stride
-            end = start + (len(flat) - 1) * self.stride
-            reached = slice(*np.searchsorted(kept, [start - reach, end + reach + 1]).tolist())
-            if reached.start < reached.stop:
-                offset = int(kept[reached.start]) - start
-                rows = reached.stop - reached.start
-                weights = _weights(self, reach, offset, rows, len(flat))
+                smooth = np.zeros((len(kept), flat.shape[1]))
+            begin, end = first * self.stride - reach, (last - 1) * self.stride + reach
+            reached = slice(*np.searchsorted(kept, [begin, end + 1]).tolist())
+            rows = reached.stop - reached.start
+            if rows:
+                offset = int(kept[reached.start]) - begin - reach
+                weights = _weights(self, reach, offset, rows, last - first)
+                total[reached] += weights.sum(axis=1)
+                numbers = np.arange(first, last)
+                weights = weights + ends[0].weights(reached, numbers)
+                weights += ends[1].weights(reached, self.nodes - 1 - numbers)
                 smooth[reached] += weights @ flat
-                total[reached] += weights.sum(axis=1, keepdims=True)
-        return (smooth / total).reshape(len(kept), *block_values.shape[1:])
+        return (smooth / total[:, None]).reshape(len(kept), *block_values.shape[1:])
+
+
+class _End:
+    """An end of a log, beyond which `continuation` extends a signal.
+
+    The samples beyond the end are sums of the last ones. Their weights in the kept samples are
+    therefore additional weights of these.
+
+    Attributes:
+        moments: (K, 2) weights of the value and the second derivative at the end in kept samples.
+    """
+
+    def __init__(self, d: Decimation, reach: int, away: Places) -> None:
+        """Find the moments.
+
+        Args:
+            d: the decimation, with a filter.
+            reach: samples on either side of a kept sample with a weight.
+            away: samples from the end to the kept samples, (K,).
+        """
+        assert d.cutoff is not None
+        self.d, self.reach, self.away = d, reach, away
+        self.beyond = min(reach // d.stride, d.nodes - 1)  # nodes that extend the end
+        self.cubic = end_of_cubic(min(end_window(d.stride * d.step, d.cutoff), d.nodes))
+        numbers = np.arange(1, self.beyond + 1)
+        self.moments = np.zeros((len(away), 2))
+        near = np.flatnonzero(away <= reach)
+        outside = _impulse(d, reach, away[near, None] + d.stride * numbers)
+        self.moments[near] = outside @ np.column_stack([2.0 + 0 * numbers, numbers**2])
+
+    def weights(self, rows: slice, numbers: Places) -> FloatArray | float:
+        """Return additional weights of nodes in kept samples, (rows, nodes).
+
+        Args:
+            rows: kept samples.
+            numbers: numbers of the nodes, from the end.
+        """
+        window = self.cubic.shape[1]
+        away = self.away[rows]
+        if numbers.min() > max(self.beyond, window) or away.min() > self.reach:
+            return 0.0
+        mirrored = (numbers > 0) & (numbers <= self.beyond)
+        distance = away[:, None] + self.d.stride * numbers
+        out = np.where(mirrored, -_impulse(self.d, self.reach, distance), 0.0)
+        inside = numbers < window
+        out[:, inside] += self.moments[rows] @ self.cubic[:, numbers[inside]]
+        return np.asarray(out)
+
+
+def _impulse(d: Decimation, reach: int, away: Places) -> FloatArray:
+    """Return the impulse response at distances in samples; 0 beyond the reach."""
+    assert d.cutoff is not None  # only called with a filter
+    weights = response(d.step, d.cutoff, reach)[reach:]
+    return np.where(away <= reach, weights[np.minimum(away, reach)], 0.0)
 
 
 @lru_cache(maxsize=8)
@@ -122,11 +172,9 @@ def _weights(d: Decimation, reach: int, offset: int, rows: int, nodes: int) -> F
         offset: samples from the first node to the first kept one.
         rows, nodes: number of kept samples and of nodes.
     """
-    assert d.cutoff is not None  # only called with a filter
     kept = offset + d.every * np.arange(rows)
     away = np.abs(kept[:, None] - d.stride * np.arange(nodes))
-    weights = response(d.step, d.cutoff, reach)[reach:]
-    return np.where(away <= reach, weights[np.minimum(away, reach)], 0.0)
+    return _impulse(d, reach, away)
 
 
 def decimation(samples: int, step: float, stride: int, cutoff: float) -> Decimation:
