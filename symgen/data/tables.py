@@ -290,6 +290,7 @@ def parquet_file(name: str) -> Iterator[Any]:
     Raises:
         LogError: it is not a Parquet file.
     """
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     source = open_remote(name) if is_remote(name) else name
@@ -299,6 +300,7 @@ def parquet_file(name: str) -> Iterator[Any]:
         yield file
     finally:
         file.close(force=True)
+        pa.default_memory_pool().release_unused()
 
 
 def batches(
