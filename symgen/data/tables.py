@@ -6,17 +6,16 @@ Parquet is read in batches, each row once. Rows of NPZ are read alone, CSV compl
 from __future__ import annotations
 
 import csv
+import mmap
 import re
-import shutil
-import struct
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import IO, Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.lib import format as npy
@@ -358,11 +357,18 @@ class Arrays:
 
     def part(self, first: int, last: int) -> Raw:
         """Return the rows from `first` to before `last`."""
-        # copies, which outlive the file
         arrays = {role: np.array(x[first:last]) for role, x in self.arrays.items()}
+        for x in self.arrays.values():
+            _forget(x)
         arrays = {role: self.units.si(role, x) for role, x in arrays.items()}
         arrays["t"] = self.units.seconds(arrays["t"])
         return Raw(arrays, self.ignored, converted=self.units.conversions)
+
+
+def _forget(x: Any) -> None:
+    """Take the rows of a mapped array out of memory; the file keeps them."""
+    if hasattr(mmap, "MADV_DONTNEED"):  # not on Windows
+        x._mmap.madvise(mmap.MADV_DONTNEED)
 
 
 Table = Arrays | ColumnTable
@@ -387,7 +393,7 @@ def _npz(path: Path, wanted: Wanted) -> Arrays:
     for ours, theirs in columns.items():
         if ours not in ROLES:
             refuse(f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
-    content = _content(path, names.values())
+    content = _content(path, frozenset(names.values()), path.stat().st_mtime_ns)
     for ours, theirs in columns.items():
         if theirs not in content:
             refuse(f"there is no array {theirs!r} (--columns {ours})", listed([*content]))
@@ -406,76 +412,39 @@ def _npz(path: Path, wanted: Wanted) -> Arrays:
     return Arrays(arrays, tuple(key for key in content if key not in used))
 
 
-def _content(path: Path, needed: Iterable[str]) -> dict[str, Any]:
+@lru_cache(maxsize=1)
+def _content(path: Path, needed: frozenset[str], _changed: int) -> dict[str, Any]:
     """Return the arrays of a file of numpy.savez: those that are needed, and None for others.
+
+    They are unpacked into temporary files, so that memory holds only rows that are used.
+
+    Args:
+        path: the file.
+        needed: names of arrays.
 
     Raises:
         LogError: the file is damaged.
     """
     out: dict[str, Any] = {}
     try:
-        with zipfile.ZipFile(_stored(path, path.stat().st_mtime_ns)) as archive:
-            for entry in archive.infolist():
+        with (
+            tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
+            zipfile.ZipFile(path) as archive,
+        ):
+            entries = archive.infolist()
+            require_size(path, sum(entry.file_size for entry in entries))
+            for entry in entries:
                 key = entry.filename.removesuffix(".npy")
-                out[key] = _mapped(archive, entry) if key in needed else None
+                out[key] = None
+                if key in needed:
+                    # a map never loads a pickle, which would run code of whoever wrote it
+                    out[key] = np.load(archive.extract(entry, folder), mmap_mode="r")
     except SymgenError:
         raise
     except Exception as error:  # a damaged archive can raise any exception
-        refuse(f"cannot be read: {error}", KEYS)
+        what = "an array holds Python objects" if "Python objects" in str(error) else str(error)
+        return refuse(f"cannot be read: {what}", KEYS)
     return out
-
-
-@lru_cache(maxsize=1)
-def _stored(path: Path, _changed: int) -> Any:
-    """Return an archive of numpy.savez without compression: the file, or a temporary copy.
-
-    Every array is read once, in pieces, so that damage is found.
-
-    Raises:
-        BadZipFile: the file is damaged.
-    """
-    with zipfile.ZipFile(path) as archive:
-        entries = archive.infolist()
-        require_size(path, sum(entry.file_size for entry in entries))
-        if all(entry.compress_type == zipfile.ZIP_STORED for entry in entries):
-            if damaged := archive.testzip():
-                raise zipfile.BadZipFile(f"{damaged} is damaged")
-            return path
-        copy = tempfile.NamedTemporaryFile()  # noqa: SIM115 (closed when the cache forgets it)
-        with zipfile.ZipFile(copy, "w") as unpacked:
-            for entry in entries:
-                with archive.open(entry) as a, unpacked.open(entry.filename, "w") as b:
-                    shutil.copyfileobj(a, b, _BUFFER)
-    return copy
-
-
-def _mapped(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[Any]:
-    """Return an array of an archive without compression; memory holds only rows that are used."""
-    with archive.open(entry) as array:
-        shape, fortran, dtype = _header(array)
-        header = array.tell()
-    assert archive.filename is not None
-    if dtype.hasobject:  # a pickle in a log would run code of whoever wrote it
-        refuse("cannot be read: an array holds Python objects", KEYS)
-    if 0 in shape:
-        return np.zeros(shape, dtype)
-    begin = _data_of(archive, entry) + header
-    order: Literal["C", "F"] = "F" if fortran else "C"
-    return np.memmap(archive.filename, dtype, "r", begin, shape, order)
-
-
-def _data_of(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> int:
-    """Return the place of the data of an entry: behind its name and its extra field."""
-    assert archive.fp is not None
-    archive.fp.seek(entry.header_offset + 26)
-    name, extra = struct.unpack("<HH", archive.fp.read(4))
-    return entry.header_offset + 30 + int(name) + int(extra)
-
-
-def _header(array: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Return shape, order and type of an array from its header."""
-    old = npy.read_magic(array) == (1, 0)
-    return (npy.read_array_header_1_0 if old else npy.read_array_header_2_0)(array)
 
 
 def rows_of(name: str) -> int:
@@ -500,7 +469,9 @@ def _rows_of_npz(name: str) -> int:
     with zipfile.ZipFile(name) as archive:
         for entry in archive.infolist():
             with archive.open(entry) as array:
-                most = max(most, *_header(array)[0][:1])
+                old = npy.read_magic(array) == (1, 0)
+                read = npy.read_array_header_1_0 if old else npy.read_array_header_2_0
+                most = max(most, *read(array)[0][:1])
     return most
 
 
