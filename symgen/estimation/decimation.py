@@ -85,9 +85,16 @@ class Decimation:
         period = self.every // math.gcd(self.every, self.stride)
         # the next block has the same position among the kept samples
         block = period * max(1, block_size // period)
-        ends = [_End(self, reach, at) for at in (kept, (self.nodes - 1) * self.stride - kept)]
-        total = ends[0].moments[:, 0] / 2 + ends[1].moments[:, 0] / 2
-        smooth = np.zeros((len(kept), 0))
+        smooth, total, ends = np.zeros((len(kept), 0)), np.zeros(len(kept)), []
+        for backwards in (False, True):
+            away = (self.nodes - 1) * self.stride - kept[::-1] if backwards else kept
+            outside, inside = _end(self, reach, away[away <= reach])
+            turn = slice(None, None, -1 if backwards else 1)
+            rows = slice(len(kept) - len(inside), None) if backwards else slice(len(inside))
+            total[rows] += outside[turn]
+            ends.append(
+                (rows, self.nodes - inside.shape[1] if backwards else 0, inside[turn, turn])
+            )
         for first in range(0, self.nodes, block):
             last = min(first + block, self.nodes)
             block_values = values(first, last)
@@ -96,63 +103,41 @@ class Decimation:
                 smooth = np.zeros((len(kept), flat.shape[1]))
             begin, end = first * self.stride - reach, (last - 1) * self.stride + reach
             reached = slice(*np.searchsorted(kept, [begin, end + 1]).tolist())
-            rows = reached.stop - reached.start
-            if rows:
+            count = reached.stop - reached.start
+            if count:
                 offset = int(kept[reached.start]) - begin - reach
-                weights = _weights(self, reach, offset, rows, last - first)
+                weights = _weights(self, reach, offset, count, last - first)
                 total[reached] += weights.sum(axis=1)
-                numbers = np.arange(first, last)
-                weights = weights + ends[0].weights(reached, numbers)
-                weights += ends[1].weights(reached, self.nodes - 1 - numbers)
                 smooth[reached] += weights @ flat
+            for rows, node, inside in ends:
+                near = inside[:, max(first - node, 0) : max(last - node, 0)]
+                start = max(node - first, 0)
+                smooth[rows] += near @ flat[start : start + near.shape[1]]
         return (smooth / total[:, None]).reshape(len(kept), *block_values.shape[1:])
 
 
-class _End:
-    """An end of a log, beyond which `continuation` extends a signal.
+def _end(d: Decimation, reach: int, away: Places) -> tuple[FloatArray, FloatArray]:
+    """Return the weights of samples beyond an end of a log, by which `continuation` extends it.
 
-    The samples beyond the end are sums of the last ones. Their weights in the kept samples are
-    therefore additional weights of these.
+    Args:
+        d: the decimation, with a filter.
+        reach: samples on either side of a kept sample with a weight.
+        away: samples from the end to kept samples within reach, (K,).
 
-    Attributes:
-        moments: (K, 2) weights of the value and the second derivative at the end in kept samples.
+    Returns:
+        Their sums in the kept samples, (K,), and the weights of the last nodes of which they are
+        sums, from the end, (K, nodes).
     """
-
-    def __init__(self, d: Decimation, reach: int, away: Places) -> None:
-        """Find the moments.
-
-        Args:
-            d: the decimation, with a filter.
-            reach: samples on either side of a kept sample with a weight.
-            away: samples from the end to the kept samples, (K,).
-        """
-        assert d.cutoff is not None
-        self.d, self.reach, self.away = d, reach, away
-        self.beyond = min(reach // d.stride, d.nodes - 1)  # nodes that extend the end
-        self.cubic = end_of_cubic(min(end_window(d.stride * d.step, d.cutoff), d.nodes))
-        numbers = np.arange(1, self.beyond + 1)
-        self.moments = np.zeros((len(away), 2))
-        near = np.flatnonzero(away <= reach)
-        outside = _impulse(d, reach, away[near, None] + d.stride * numbers)
-        self.moments[near] = outside @ np.column_stack([2.0 + 0 * numbers, numbers**2])
-
-    def weights(self, rows: slice, numbers: Places) -> FloatArray | float:
-        """Return additional weights of nodes in kept samples, (rows, nodes).
-
-        Args:
-            rows: kept samples.
-            numbers: numbers of the nodes, from the end.
-        """
-        window = self.cubic.shape[1]
-        away = self.away[rows]
-        if numbers.min() > max(self.beyond, window) or away.min() > self.reach:
-            return 0.0
-        mirrored = (numbers > 0) & (numbers <= self.beyond)
-        distance = away[:, None] + self.d.stride * numbers
-        out = np.where(mirrored, -_impulse(self.d, self.reach, distance), 0.0)
-        inside = numbers < window
-        out[:, inside] += self.moments[rows] @ self.cubic[:, numbers[inside]]
-        return np.asarray(out)
+    assert d.cutoff is not None  # only called with a filter
+    beyond = min(reach // d.stride, d.nodes - 1)
+    window = min(end_window(d.stride * d.step, d.cutoff), d.nodes)
+    numbers = np.arange(1.0, beyond + 1)
+    outside = _impulse(d, reach, away[:, None] + d.stride * np.arange(1, beyond + 1))
+    inside = np.zeros((len(away), max(beyond + 1, window)))
+    inside[:, 1 : beyond + 1] = -outside
+    moments = outside @ np.column_stack([np.full(beyond, 2.0), numbers**2])
+    inside[:, :window] += moments @ end_of_cubic(window)
+    return outside.sum(axis=1), inside
 
 
 def _impulse(d: Decimation, reach: int, away: Places) -> FloatArray:
