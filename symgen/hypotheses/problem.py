@@ -156,8 +156,9 @@ class Problem:
         """
         parts = []
         for log in self.logs:
-            motion = change.undo(log.thinned).motion
-            parts.append(torque_rows(self.evaluator, log.unmasked, self.X, motion))
+            motion = tuple(map(np.ascontiguousarray, change.undo(log.thinned).motion))
+            nodes = replace(log.unmasked.at_nodes(), motion=motion)
+            parts.append(torque_rows(self.evaluator, nodes, self.X))
         W, y = np.concatenate(parts), change.torque(self.torque)
         equations = np.concatenate([W, y[..., None]], axis=2)
         X = shortest(self.base.whitened(equations))
