@@ -328,15 +328,6 @@ class PredictiveScore:
         squares = np.sum(r**2, axis=2)[..., None] + change
         return np.moveaxis(squares, 2, 0)
 
-    def density(self, counts: FloatArray) -> float:
-        """Return the score of the model for other counts of rows, (n, folds), with equal variances.
-
-        It makes scores comparable if a change of a log changes which rows are used.
-        """
-        variance = self.alone.squares / np.maximum(self.counts, 1.0) + self.misfit[:, None] ** 2
-        logs = np.log(np.maximum(variance, TINY))
-        return -0.5 / TEMPERATURE * float(np.sum(counts * logs))
-
     @cached_property
     def alone(self) -> ScoreFit:
         """The fit of the model without more columns."""
