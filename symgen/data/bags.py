@@ -17,7 +17,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 
 from symgen.data.columns import joints_of_file
-from symgen.data.raw import FloatArray, Raw, Reading, Wanted, refuse
+from symgen.data.raw import TORQUES, FloatArray, Raw, Reading, Wanted, refuse
 from symgen.errors import LogError
 
 _TYPE = "sensor_msgs/msg/JointState"
@@ -128,7 +128,7 @@ def read_bag(path: Path, wanted: Wanted) -> Raw:
             refuse(what, "one message a stamp; --topic, or a bag with one publisher")
     if "q" not in arrays:
         refuse("the messages have no position", "q in every message")
-    if "tau" not in arrays and "i" not in arrays:
+    if not arrays.keys() & TORQUES:
         refuse(f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
     read, twice = len(messages_read), int(again.sum())
     other = read - len(used)
@@ -155,9 +155,9 @@ def _joint_names(messages: Sequence[_Message]) -> list[str]:
 def _fields(reading: Reading, currents: bool) -> dict[str, str]:
     """Return array of the log -> field of the message."""
     for ours, theirs in reading.pairs.items():
-        if ours not in ("q", "qd", "tau", "i") or theirs not in FIELDS:
+        if ours not in ("q", "qd", *TORQUES) or theirs not in FIELDS:
             what = f"--columns {ours}={theirs}: a bag has fields for all joints"
-            refuse(what, f"q, qd, tau or i = {', '.join(FIELDS)}; --joints for the joints")
+            refuse(what, f"q, qd, tau, i or u = {', '.join(FIELDS)}; --joints for the joints")
     if "i" in reading.pairs and not currents:
         refuse("motor currents (--columns i)", "torque_constant in [drive] of the robot file")
     taken = reading.pairs.values()

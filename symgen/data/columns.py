@@ -18,26 +18,24 @@ from typing import NoReturn
 from symgen.data.csv_text import NO_HEADER, CsvForm, texts_of
 from symgen.data.raw import (
     BESIDE,
+    CHANNELS,
     COLUMNS,
+    DRIVING,
     IMU,
     NUMBERED,
     ROLES,
+    SHARED,
     Wanted,
     listed,
     refuse,
     refuse_currents,
+    unused_torques,
 )
-from symgen.data.units import QUANTITIES, TIMES, in_si, is_sum, rest_of, split_unit, unit_of
+from symgen.data.units import TIMES, in_si, is_sum, rest_of, split_unit, unit_of
 from symgen.errors import plain
 
 #: Start of the command that fixes joints; the command line inserts the file name.
 IMPORT = "symgen import FILE "
-_WORDS = {
-    "q": {"q", "pos", "position", "positions", "angle"},
-    "qd": {"qd", "dq", "vel", "velocity", "velocities", "speed"},
-    "tau": {"tau", "torque", "torques", "trq", "effort", "efforts", "eff"},
-    "i": {"i", "current", "currents"},
-}
 _SECONDS = {"s", "sec", "secs", "seconds", "header"}
 #: Words for commanded quantities, which were not measured.
 _COMMANDS = set(
@@ -172,7 +170,7 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
     for role, have in columns.items():
         first = 0 if role in from_zero else 1
         columns[role] = {number - first: name for number, name in have.items()}
-    if patterns or not (columns.keys() >= {"t", "q"} and columns.keys() & {"tau", "i", "qr"}):
+    if patterns or not (columns.keys() >= {"t", "q"} and columns.keys() & DRIVING):
         matches += _matched(names, texts, columns, patterns, wanted)
     _require_complete(names, columns, wanted)
     used = {name for have in columns.values() for name in have.values()}
@@ -198,8 +196,8 @@ def _place(column: str) -> tuple[str, int] | None:
     """Return role and number of a log column: ("q", 1) for q1; None for another name."""
     if column in IMU:
         return "imu", IMU.index(column) + 1
-    if column == "t":
-        return "t", 1
+    if column in ("t", *SHARED):
+        return column, 1
     match = NUMBERED.fullmatch(column)
     return match and (match[1], int(match[2]))
 
@@ -230,7 +228,10 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
     currents = columns.get("i", {})
     if not wanted.currents or ("tau" in columns and len(currents) != len(columns.get("q", ()))):
         columns.pop("i", None)
-    measured = columns.keys() & {"tau", "i", "qr"}
+    chosen = {role: _option(role, have.values(), wanted) for role, have in columns.items()}
+    for role in unused_torques(chosen, wanted.reading):
+        del columns[role]
+    measured = columns.keys() & DRIVING
     if "t" not in columns:
         _refuse_without("t", names, columns, wanted)
     if "q" not in columns:
@@ -248,6 +249,13 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
             only = ", ".join(f"{role}{j + 1}" for j in sorted(have))
             what = f"of the columns {role}1, {role}2, .. there are only {only}"
             refuse(what, f"{COLUMNS} of all joints")
+
+
+def _option(role: str, names: Iterable[str], wanted: Wanted) -> str:
+    """Return the text of --columns that chooses some columns for a role."""
+    patterns = by_name(names, wanted.joints) | by_number(names, None)
+    theirs = _shown(max(patterns, key=lambda p: len(patterns[p]), default="*"))
+    return f"{role}={theirs}"
 
 
 def _refuse_without(
@@ -291,9 +299,10 @@ def _matched(
         columns["t"] = {0: time}
         matches.append(f"t = {time}")
     star = ""
-    for role in ("q", "qd", "tau", "i"):
+    for role, channel in CHANNELS.items():
         has_torque = "tau" in columns and not wanted.currents
-        if role not in patterns and (role in columns or (role == "i" and has_torque)):
+        needless = role in columns or not channel.words or (role == "i" and has_torque)
+        if role not in patterns and needless:
             continue
         have = columns.get(role, {})
         of_user = {j: name for j, name in have.items() if f"{role}{j + 1}" in wanted.reading.pairs}
@@ -349,7 +358,7 @@ def _role(pattern: str) -> str | None:
     tokens = _tokens(split_unit(text)[0])
     if tokens & (_COMMANDS | _FOREIGN):
         return None
-    roles = [role for role, words in _WORDS.items() if tokens & words]
+    roles = [role for role, channel in CHANNELS.items() if tokens & channel.words]
     return roles[0] if len(roles) == 1 else None
 
 
@@ -412,7 +421,7 @@ def _may_be(name: str, role: str) -> bool:
     text, unit = split_unit(name)
     if not name or _place(text) or _tokens(text) & (TIMES | _COMMANDS):
         return False
-    if unit and not any(unit_of(unit, quantity) for quantity in QUANTITIES[role]):
+    if unit and not any(unit_of(unit, quantity) for quantity in CHANNELS[role].quantities):
         return False
     return _role(name) in (None, role)
 
@@ -425,7 +434,7 @@ def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str
     unclear = [p for p in long_enough if _role(p) is None]
     pairs = []
     for role in roles:
-        words = [word for word in _WORDS[role] if len(word) > 2]
+        words = [word for word in CHANNELS[role].words if len(word) > 2]
         fits = [p for p in measured if any(word in p.lower() for word in words)]
         for pattern in [*fits, *unclear][:1]:
             text, _ = split_unit(pattern)

@@ -23,8 +23,11 @@ from symgen.data.gaps import GAP
 from symgen.data.mask import STILL, rms, spans
 from symgen.data.raw import (
     BESIDE,
+    CHANNELS,
+    DRIVING,
     IMU,
     KEYS,
+    TORQUES,
     Bools,
     FloatArray,
     Raw,
@@ -58,6 +61,8 @@ _MAX_RANGE = 50.0
 _DEGREES = 180.0 / np.pi
 _CHANGING = 0.95  # share of stamps that differ from the previous one, in a file that rounds them
 _CHECKED_SAMPLES = 1 << 14  # samples that show the unit of the speeds
+#: Duty over its range, and voltage over that of the supply, that rounding may cause.
+_OVER = 1.05
 _FILES = "a .csv, .tsv, .txt, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
 #: Ending of a file that symgen does not read -> how to convert it.
 _CONVERTED = {
@@ -116,9 +121,9 @@ def read_wanted(path: str | Path, wanted: Wanted) -> Log:
             if not path.exists():
                 refuse("there is no such file", _FILES)
             if is_bag(path):
-                if reading.time_unit or roles_with_unit(reading) - {"tau", "i"}:
+                if reading.time_unit or roles_with_unit(reading) - TORQUES:
                     what = "--unit and --time-unit: positions, speeds and stamps of messages are "
-                    refuse(f"{what}in rad, rad/s and s", "--unit of tau or i")
+                    refuse(f"{what}in rad, rad/s and s", "--unit of tau, i or u")
                 raw = converted(read_bag(path, wanted), wanted)
             elif path.suffix.lower() not in (*SUFFIXES, *TEXTS):
                 how = _CONVERTED.get(path.suffix.lower(), _FILES)
@@ -180,6 +185,9 @@ def make_log(
     qr: npt.ArrayLike | None = None,
     qdr: npt.ArrayLike | None = None,
     imu: npt.ArrayLike | None = None,
+    duty: npt.ArrayLike | None = None,
+    duty_unit: str = "duty",
+    supply: npt.ArrayLike | None = None,
 ) -> Log:
     """Make a log from arrays, with the checks of a log file. The arrays are copied.
 
@@ -187,7 +195,7 @@ def make_log(
         name: name of the log in messages and reports.
         t: (N,) time in s.
         q: (N, n) positions in rad (m). For a single joint, q, qd and tau may be (N,).
-        tau: (N, n) torques in N m (N); None if `current` or `qr` is given.
+        tau: (N, n) torques in N m (N); None if `current`, `duty` or `qr` is given.
         qd: (N, n) velocities in rad/s (m/s), or None.
         n: number of movable joints of the robot; None for that of the log.
         sigma: (n,) types of the movable joints (0 revolute, 1 prismatic); None for all revolute.
@@ -198,13 +206,16 @@ def make_log(
         qdr: (N, n) reference speeds of the controller in rad/s (m/s), or None.
         imu: (N, 6) motion of a base that moves, in its axes: specific force a - g of its origin,
             m/s2, and angular velocity, rad/s; or None.
+        duty: (N, n) input of the drives; or None.
+        duty_unit: its unit, "duty" for -1 to 1 or "V".
+        supply: (N,) or (N, n) voltage of the supply, V; or None.
 
     Raises:
         LogError: fewer than 10 samples, different shapes, a value that is not finite, time that
             does not increase, a wrong number of joints, or degrees instead of radians.
     """
     arrays = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "qs": qs, "qr": qr,
-             "qdr": qdr, "imu": imu}  # fmt: skip
+             "qdr": qdr, "imu": imu, "u": duty, "supply": supply}  # fmt: skip
     with located(name):
         try:
             plain_arrays = {
@@ -213,7 +224,7 @@ def make_log(
         except ValueError as error:
             refuse(str(error), KEYS)
         wanted = Wanted(Reading(), drive, (), n, tuple(sigma or ()))
-        return checked_log(name, Raw(plain_arrays), wanted)
+        return checked_log(name, Raw(plain_arrays, drive_unit=duty_unit), wanted)
 
 
 def cut(log: Log, start: float | None, until: float | None) -> Log:
@@ -287,8 +298,8 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     t = read_only(raw.arrays["t"])
     if len(t) < MIN_SAMPLES:
         refuse(f"has {len(t) or 'no'} samples", f"at least {MIN_SAMPLES} samples")
-    if not raw.arrays.keys() & {"tau", "i", "qr"}:
-        refuse("has neither torques nor currents", KEYS)
+    if not raw.arrays.keys() & DRIVING:
+        refuse("has neither torques nor currents nor duty", KEYS)
     _require_finite("t", t[:, None], t, raw.names)
     span, notes = _used(name, t, wanted.reading)
     arrays = {}
@@ -302,8 +313,9 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     if "qd" in arrays and np.isnan(arrays["qd"]).all() and not part:
         del arrays["qd"]  # the recorder has no speeds
     missing: Bools = np.zeros((*arrays["q"].shape, 3), dtype=bool)
-    for role, k in (("q", 0), ("qd", 1), ("tau", 2), ("i", 2)):
-        if role in arrays:
+    for role, channel in CHANNELS.items():
+        k = channel.missing
+        if k is not None and role in arrays:
             empty = np.isnan(arrays[role])
             x = _filled(role, arrays[role], empty, t, raw.names, part)
             _require_finite(role, x, t, raw.names)
@@ -313,13 +325,18 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     if "imu" in arrays:
         columns = {f"imu{k}": name for k, name in enumerate(IMU, 1)}
         _require_finite("imu", arrays["imu"], t, columns)
-    qd, tau, current, qs, qr, qdr = map(arrays.get, ("qd", "tau", "i", *BESIDE))
+    if "supply" in arrays:
+        arrays["supply"] = read_only(_of_joints(arrays["supply"], missing.shape[1]))
+    channels: dict[str, Any] = {c.key: arrays.get(role) for role, c in CHANNELS.items()}
     log = Log(
-        name, t, arrays["q"], qd, tau, raw.ignored, current, (*raw.notes, *notes), qs=qs, qr=qr,
-        qdr=qdr, missing=missing if missing.any() else None,
+        name, t, **channels, ignored=raw.ignored, notes=(*raw.notes, *notes),
+        missing=missing if missing.any() else None,
         converted=(*raw.converted, *rounded), imu=arrays.get("imu"),
+        drive_unit="" if channels["duty"] is None else raw.drive_unit,
     )  # fmt: skip
-    log = joint_side(of_movable_joints(log, wanted, part), wanted.drive)
+    log = of_movable_joints(log, wanted, part)
+    _require_duty(log, wanted)
+    log = joint_side(log, wanted.drive)
     kept = wanted.kept(missing.shape[1])
     types = dict(enumerate(wanted.sigma))
     turning = {j: k for j, k in enumerate(kept) if types.get(j) != PRISMATIC}
@@ -386,6 +403,35 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
         accepted = f"a clock that is not set back: --until {before}, or --from {after}"
     what = f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
     return refuse(what, accepted)
+
+
+def _of_joints(supply: FloatArray, n: int) -> FloatArray:
+    """Return the voltages of the supply of n joints (N, n); a single column is that of all."""
+    first = supply[:, :1]
+    single = np.isnan(supply[:, 1:]).all()
+    return np.repeat(first, n, axis=1) if single else supply
+
+
+def _require_duty(log: Log, wanted: Wanted) -> None:
+    """Refuse duty beyond -1 to 1, and voltages beyond the supply."""
+    if log.duty is None:
+        return
+    sizes = np.abs(log.duty).max(axis=0)
+    limits = np.ones(len(sizes))
+    if log.drive_unit == "V":
+        supply = None if wanted.drive is None else wanted.drive.supply
+        limits[:] = np.inf if supply is None else supply
+    j = int(np.argmax(sizes / limits))
+    largest = sizes[j]
+    if largest <= _OVER * limits[j]:
+        return
+    if log.drive_unit == "V":
+        what = f"u{j + 1} is up to {largest:.4g} V, and [drive] has a supply of {limits[j]:g} V"
+        refuse(what, "the supply of this log in [drive], or --unit u=% for duty")
+    step = "%" if largest <= _OVER * 100 else "0.1%"
+    other = "another unit, such as " if "u" in roles_with_unit(wanted.reading) else ""
+    what = f"u{j + 1} is up to {largest:.4g}, and duty lies in -1 to 1"
+    refuse(what, f"{other}--unit u={step}, or --unit u=V for volts")
 
 
 def roles_with_unit(reading: Reading) -> set[str]:

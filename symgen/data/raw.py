@@ -25,15 +25,59 @@ Bools = npt.NDArray[np.bool_]
 #: Numbers of samples.
 Places = npt.NDArray[np.int64]
 
-#: Column names: t, q1.., qd1.., tau1.., i1..; and columns that only some joints may have.
-NUMBERED = re.compile(r"(qdr|qr|qd|qs|q|tau|i)(0|[1-9][0-9]*)")
-ROLES = ("t", "q", "qd", "tau", "i", "qs", "qr", "qdr", "imu")
+
+@dataclass(frozen=True)
+class Channel:
+    """A channel of logs with a column for each joint.
+
+    Attributes:
+        key: its name in `Log`.
+        quantities: what it measures at a revolute joint, and at a prismatic one.
+        missing: its place in `Log.missing`; None if only some joints may have it, without gaps.
+        words: words for it in the column names of recorders; empty if the user has to name it.
+        torque: whether the torques of a log follow from it.
+    """
+
+    key: str
+    quantities: tuple[str, str]
+    missing: int | None = None
+    words: frozenset[str] = frozenset()
+    torque: bool = False
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+_MOTION = ("angle", "length")
+_SPEED = ("rate", "speed")
+_EFFORT = _words("tau torque torques trq effort efforts eff")
+_DUTY = _words("u duty pwm")
+#: Role, which begins the names of its columns (q1, q2, ..) -> channel.
+CHANNELS = {
+    "q": Channel("q", _MOTION, 0, _words("q pos position positions angle")),
+    "qd": Channel("qd", _SPEED, 1, _words("qd dq vel velocity velocities speed")),
+    "tau": Channel("tau", ("torque", "force"), 2, _EFFORT, torque=True),
+    "i": Channel("current", ("current", "current"), 2, _words("i current currents"), torque=True),
+    "u": Channel("duty", ("duty", "duty"), 2, _DUTY, torque=True),
+    "qs": Channel("qs", _MOTION),
+    "qr": Channel("qr", _MOTION),
+    "qdr": Channel("qdr", _SPEED),
+    "supply": Channel("supply", ("voltage", "voltage")),
+}
+#: Channels of which each gives the torques of a log, and those with the reference.
+TORQUES = frozenset(role for role, channel in CHANNELS.items() if channel.torque)
+DRIVING = TORQUES | {"qr"}
+#: Channels that only some joints may have.
+BESIDE = tuple(role for role, channel in CHANNELS.items() if channel.missing is None)
+#: Column names with the number of a joint: q1.., qd1.., tau1.., ...
+NUMBERED = re.compile(rf"({'|'.join(sorted(CHANNELS, reverse=True))})(0|[1-9][0-9]*)")
+ROLES = ("t", *CHANNELS, "imu")
+#: Roles whose single column may be that of all joints.
+SHARED = ("supply",)
 #: Columns of the role imu, the motion of the base in its axes: specific force, m/s2, and angular
 #: velocity, rad/s.
 IMU = ("fx", "fy", "fz", "wx", "wy", "wz")
-#: Columns other than motion and torque: link positions behind elastic joints, and the reference of
-#: a controller.
-BESIDE = ("qs", "qr", "qdr")
 #: Accepted columns of a table, and arrays of an NPZ.
 COLUMNS = "t, q1.., optional qd1.., tau1.."
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
@@ -47,8 +91,8 @@ MASKS = ("rest", "saturation")
 ANGLES = ("deg", "rad")
 TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
-    "t, q1.., qd1.., tau1.., i1.., qs1.., qr1.., qdr1.., fx.., wx.. (t, q, qd, tau, i, qs, qr, "
-    "qdr, imu for NPZ; q, qd, tau, i for a bag)"
+    f"t, {', '.join(f'{role}1..' for role in CHANNELS)}, fx.., wx.. ({', '.join(ROLES)} for NPZ; "
+    "q, qd, tau, i, u for a bag)"
 )
 
 
@@ -235,6 +279,7 @@ class Raw:
     Attributes:
         arrays: role -> array of the file, t first. tau or i may be absent. qs is (N, n), with
             NaN for joints that have none.
+        drive_unit: unit of u, "duty" or "V".
         ignored: the other columns of the file.
         notes: how the file was read.
         names: log column ("q1") -> column of the file, for messages.
@@ -246,6 +291,7 @@ class Raw:
     notes: tuple[str, ...] = ()
     names: Mapping[str, str] = field(default_factory=dict)
     converted: tuple[tuple[str, str, str], ...] = ()
+    drive_unit: str = "duty"
 
     def __post_init__(self) -> None:
         """Make names of the file plain."""
@@ -278,10 +324,14 @@ class Log:
         qr, qdr: (N, n) reference of the controller in rad (m) and rad/s (m/s), or None.
         command: (N, n) part of tau from the reference, N m (N), if tau comes from the gains of the
             controller; or None.
-        missing: (N, n, 3) values of q, qd and tau that are missing in the file and interpolated; or
-            None.
+        missing: (N, n, 3) values of q, qd and tau (or i, u) that are missing in the file and
+            interpolated; or None.
         converted: as in `Raw`.
         imu: (N, 6) motion of the base as in IMU, or None.
+        duty: (N, n) recorded duty of the drives, -1 to 1, or their voltage in V; or None.
+        supply: (N, n) recorded voltage of the supply, V, NaN for joints without it; or None.
+        drive_unit: unit of tau if it is the input of the drives, "duty" or "V"; "" for torques in
+            N m. Before `joint_side`, it is the unit of duty.
     """
 
     name: str
@@ -300,6 +350,9 @@ class Log:
     missing: Bools | None = None
     converted: tuple[tuple[str, str, str], ...] = ()
     imu: FloatArray | None = None
+    duty: FloatArray | None = None
+    supply: FloatArray | None = None
+    drive_unit: str = ""
 
 
 def require_shapes(arrays: Mapping[str, Any]) -> None:
@@ -326,7 +379,7 @@ def require_shapes(arrays: Mapping[str, Any]) -> None:
         if role == "imu":
             if count != len(IMU):
                 refuse(f"columns of imu: {count}", f"{len(IMU)}: {', '.join(IMU)}")
-        elif count != counts["q"]:
+        elif count != counts["q"] and not (role in SHARED and count == 1):
             what = f"columns of q: {counts['q']}, of {role}: {count}"
             refuse(what, "as many of q and tau, and of what else there is")
 
@@ -366,6 +419,27 @@ def readable(what: str, accepted: str) -> Iterator[None]:
         raise
     except Exception as error:  # each library has many kinds
         refuse(f"{what}: {error or type(error).__name__}", accepted)
+
+
+def unused_torques(present: Mapping[str, str], reading: Reading) -> set[str]:
+    """Return the channels that a log does not use, because the user names another one for torques.
+
+    Args:
+        present: role -> text of --columns that chooses it, of the channels in the file.
+        reading: names of columns.
+
+    Raises:
+        LogError: the log has duty and torques or currents, and the user names none of them.
+    """
+    found = [role for role in CHANNELS if role in TORQUES & present.keys()]
+    if "u" not in found or len(found) == 1:
+        return set()
+    chosen = {re.sub("[0-9]+$", "", ours) for ours in reading.pairs}.intersection(found)
+    if len(chosen) != 1:
+        kinds = " and ".join(f"{role}1.." for role in found)
+        options = " or ".join(f'--columns "{present[role]}"' for role in found)
+        refuse(f"the log has {kinds}, and only one of them gives the torques", options)
+    return {*found} - chosen
 
 
 def refuse_currents() -> NoReturn:

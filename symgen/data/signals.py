@@ -63,6 +63,7 @@ class Samples:
         qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
         command: (N, n) as in `Log`.
         imu: (N, 6) as in `Log`.
+        drive_unit: "" if tau is a torque; "duty" or "V" if it is the input of the drives.
     """
 
     name: str
@@ -79,6 +80,7 @@ class Samples:
     qs: FloatArray | None = None
     command: FloatArray | None = None
     imu: FloatArray | None = None
+    drive_unit: str = ""
 
     @property
     def length(self) -> float:
@@ -216,7 +218,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     assert log.tau is not None
     return Samples(
         log.name, log.t, log.q, qd, log.tau, step, None, tuple(notes), log.qd is None, mask,
-        qs=log.qs, command=log.command, imu=log.imu,
+        qs=log.qs, command=log.command, imu=log.imu, drive_unit=log.drive_unit,
     )  # fmt: skip
 
 

@@ -26,6 +26,7 @@ from symgen.data.csv_text import csv_form, read_csv
 from symgen.data.raw import (
     BESIDE,
     COLUMNS,
+    DRIVING,
     KEYS,
     ROLES,
     FloatArray,
@@ -40,6 +41,7 @@ from symgen.data.raw import (
     require_shapes,
     require_size,
     shown,
+    unused_torques,
 )
 from symgen.data.units import IN_SI, Units, paired, rest_of, units_of
 from symgen.data.urls import is_remote, open_remote
@@ -171,7 +173,8 @@ class ColumnTable:
         header = dict(enumerate(self.header))
         names = {column: header.pop(k) for k, column in columns.items()}
         ignored = tuple(header.values())
-        return Raw(arrays, ignored, self.notes, names, self.units.conversions)
+        units = self.units
+        return Raw(arrays, ignored, self.notes, names, units.conversions, units.drive_unit)
 
 
 def _columns(groups: Groups) -> dict[int, str]:
@@ -362,7 +365,8 @@ class Arrays:
             _forget(x)
         arrays = {role: self.units.si(role, x) for role, x in arrays.items()}
         arrays["t"] = self.units.seconds(arrays["t"])
-        return Raw(arrays, self.ignored, converted=self.units.conversions)
+        units = self.units
+        return Raw(arrays, self.ignored, converted=units.conversions, drive_unit=units.drive_unit)
 
 
 def _forget(x: Any) -> None:
@@ -398,10 +402,12 @@ def _npz(path: Path, wanted: Wanted) -> Arrays:
         if theirs not in content:
             refuse(f"there is no array {theirs!r} (--columns {ours})", listed([*content]))
     arrays = {role: content[key] for role, key in names.items() if key in content}
-    if not arrays.keys() & {"tau", "i", "qr"} and "i" in content:
+    for role in unused_torques({role: f"{role}={names[role]}" for role in arrays}, wanted.reading):
+        del arrays[role]
+    if not arrays.keys() & DRIVING and "i" in content:
         refuse_currents()
     for role in ("t", "q", "tau"):
-        if role not in arrays and not (role == "tau" and arrays.keys() & {"i", "qr"}):
+        if role not in arrays and not (role == "tau" and arrays.keys() & DRIVING):
             present = listed([*content])
             refuse(f"there is no array {names[role]} among {present}", KEYS)
     t = arrays["t"]

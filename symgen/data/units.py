@@ -16,7 +16,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.raw import ANGLES, TIME_UNITS, Raw, Reading, Wanted, refuse
+from symgen.data.raw import (
+    ANGLES,
+    CHANNELS,
+    SHARED,
+    TIME_UNITS,
+    TORQUES,
+    Raw,
+    Reading,
+    Wanted,
+    refuse,
+)
 from symgen.names import PRISMATIC
 
 #: Sampling step of a robot log, s: shortest (a current loop of 20 kHz) and longest.
@@ -45,12 +55,14 @@ class Unit:
         quantity: what it measures.
         size: its size in the SI unit of the quantity; of a share, in the rated value.
         sign: number of the bit with the sign of a count; 0 for usual numbers.
+        zero: number in the file of the value 0.
     """
 
     name: str
     quantity: str
     size: float
     sign: int = 0
+    zero: float = 0.0
 
     @property
     def foreign(self) -> bool:
@@ -63,8 +75,11 @@ class Unit:
         Raises:
             LogError: they are no counts with a sign in the bit `sign`.
         """
+        return (self._signed(x) - self.zero) * self.size
+
+    def _signed(self, x: NDArray[Any]) -> NDArray[Any]:
         if not self.sign:
-            return x * self.size
+            return x
         limit = 2 << self.sign
         if np.nanmin(x, initial=0) < 0 or np.nanmax(x, initial=0) >= limit:
             refuse(f"--unit {self.name}: the column has other values", f"0 to {limit - 1}")
@@ -120,6 +135,12 @@ torque %    1e-2  % percent
 force  %    1e-2  % percent
 current A   1     a amp amps ampere
 current mA  1e-3  ma
+duty  duty  1     duty
+duty  %     1e-2  % percent
+duty  V     1     v volt volts
+duty  mV    1e-3  mv
+voltage V   1     v volt volts
+voltage mV  1e-3  mv
 """
 #: Written form -> units; and units of time.
 _WRITTEN: dict[str, list[Unit]] = {}
@@ -132,39 +153,54 @@ for _line in _TABLE.strip().splitlines():
     if _quantity == "time":
         _TIME.append(_unit)
 #: Forms that need brackets, because they could also be letters or words of a name.
-_BRACKETED = set("% m n a ° °/s turn turns rev revs meter meters kn mn".split())
+_BRACKETED = set(
+    "% m n a v mv volt volts duty ° °/s turn turns rev revs meter meters kn mn".split()
+)
+#: Counts of an encoder, with the count of the zero: ticks4096, ticks4096-2048, ticks4096/s.
+_TICKS = re.compile("ticks([1-9][0-9]*)(?:-([0-9]+)|(/s))?")
+#: A multiple of a unit, such as the step of a register: 0.1%, 0.229rpm.
+_MULTIPLE = re.compile(r"([0-9]+(?:\.[0-9]+)?)(.+)")
+#: A count with the sign in a bit, and its unit: sign10, sign10:0.1%.
+_SIGN = re.compile("sign([1-9]|[1-5][0-9])(?::(.+))?")
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\[\](){}<>]*?)\s*[\])>}]\s*()")
 _BARE = "|".join(map(re.escape, sorted(set(_WRITTEN) - _BRACKETED)))
 _SUFFIX = re.compile(rf"(.*?[a-z0-9*])[\s_.-]+({_BARE})([\s_]*[0-9]+)?", re.IGNORECASE)
-#: Quantities of the roles of a log, for revolute joints and for prismatic ones.
-QUANTITIES = {
-    "q": ("angle", "length"),
-    "qs": ("angle", "length"),
-    "qr": ("angle", "length"),
-    "qdr": ("rate", "speed"),
-    "qd": ("rate", "speed"),
-    "tau": ("torque", "force"),
-    "i": ("current", "current"),
-}
 _SI = {"angle": "rad", "rate": "rad/s", "length": "m", "speed": "m/s", "torque": "Nm"}
-_SI |= {"force": "N", "current": "A"}
+_SI |= {"force": "N", "current": "A", "duty": "duty", "voltage": "V"}
 
 
 def unit_of(text: str, quantity: str) -> Unit | None:
     """Return the unit that a text denotes for a quantity, or None."""
-    units = _WRITTEN.get(_form_of(text), ())
-    return next((unit for unit in units if unit.quantity == quantity), None)
+    return next((unit for unit in _units(text) if unit.quantity == quantity), None)
+
+
+def _units(text: str) -> list[Unit]:
+    """Return the units of several quantities that a text may denote."""
+    form = _form_of(text)
+    if form in _WRITTEN:
+        return _WRITTEN[form]
+    if ticks := _TICKS.fullmatch(form):
+        size = 2 * math.pi / int(ticks[1])
+        quantity = "rate" if ticks[3] else "angle"
+        return [Unit(form, quantity, size, zero=float(ticks[2] or 0))]
+    if not (multiple := _MULTIPLE.fullmatch(form)):
+        return []
+    count, units = float(multiple[1]), _WRITTEN.get(multiple[2], ())
+    return [
+        replace(unit, name=form, size=count * unit.size)
+        for unit in units
+        if count > 0 and unit.quantity != "time"
+    ]
 
 
 def is_unit(text: str) -> bool:
     """Return whether a text denotes a unit of any quantity."""
-    return _form_of(text) in _WRITTEN
+    return bool(_units(text))
 
 
 def in_si(text: str) -> bool:
     """Return whether a text denotes a unit that needs no conversion, or none."""
-    units = _WRITTEN.get(_form_of(text), ())
-    return not text or not all(unit.foreign for unit in units)
+    return not text or not all(unit.foreign for unit in _units(text))
 
 
 def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
@@ -183,7 +219,7 @@ def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
     if time is None:
         words = re.findall("[a-z]+", match[1].lower())
         time = not TIMES.isdisjoint(words)
-    known = _WRITTEN.get(_form_of(match[2]), ())
+    known = _units(match[2])
     if time not in [unit.quantity == "time" for unit in known]:
         return name, ""
     return match[1] + (match[3] or ""), match[2]
@@ -286,12 +322,14 @@ class Units:
         ticks: time units of the file in a second.
         origin: stamp of the file that becomes t = 0, in its own unit; None if t is not shifted.
         conversions: list of the conversions.
+        drive_unit: as in `Raw`.
     """
 
     units: tuple[tuple[str, tuple[Unit, ...]], ...] = ()
     ticks: float = 1.0
     origin: int | float | None = None
     conversions: tuple[Converted, ...] = ()
+    drive_unit: str = "duty"
 
     def seconds(self, t: NDArray[Any]) -> NDArray[Any]:
         """Return stamps of the file as times in s; integers are subtracted exactly."""
@@ -338,7 +376,7 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
     Raises:
         LogError: a unit is unknown, an option has no column, or the rate contradicts a header.
     """
-    arrays = {role: x for role, x in raw.arrays.items() if role in QUANTITIES}
+    arrays = {role: x for role, x in raw.arrays.items() if role in CHANNELS}
     widths = {role: (*x.shape, 1)[1] for role, x in arrays.items()}
     for column in filter(None, wanted.reading.unit):
         if re.sub("[0-9]+", "", column) not in widths:
@@ -346,6 +384,7 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
     time = _time(raw, wanted.reading)
     found: list[tuple[str, tuple[Unit, ...]]] = []
     conversions = [*time.conversions]
+    drive_unit = "duty"
     for role, width in widths.items():
         numbered = [f"{role}{j}" for j in range(1, width + 1)]
         columns = [raw.names.get(name, name) for name in numbered]
@@ -355,18 +394,32 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
         of: dict[tuple[str, str], list[str]] = {}  # columns of each unit and its source
         for column, (unit, source) in zip(columns, units, strict=True):
             if unit.foreign:
-                done = f"converted to {_SI[unit.quantity]}" if not unit.sign else "read so"
+                done = f"converted to {_SI[unit.quantity]}" if unit.size != 1.0 else "read so"
                 text = f"in {unit.name} by {source}"
                 of.setdefault((text, done), []).append(column)
         conversions += [(", ".join(alike), *about) for about, alike in of.items()]
-    return Units(tuple(found), time.ticks, time.origin, tuple(conversions))
+        if role == "u":
+            drive_unit = _drive_unit([unit for unit, _ in units])
+    return Units(tuple(found), time.ticks, time.origin, tuple(conversions), drive_unit)
+
+
+def _drive_unit(units: Sequence[Unit]) -> str:
+    """Return the unit of all columns u1.., "duty" or "V".
+
+    Raises:
+        LogError: some are duty, and others are voltages.
+    """
+    volts = {unit.name.endswith("V") for unit in units if unit.name}
+    if len(volts) > 1:
+        refuse("u is duty for some joints and volts for others", "one of both: --unit u=V, or u=%")
+    return "V" if True in volts else "duty"
 
 
 def converted(raw: Raw, wanted: Wanted) -> Raw:
     """Return the complete content of a file in SI units; its times are in s."""
     units = units_of(raw, wanted)
     arrays = {role: units.si(role, x) for role, x in raw.arrays.items()}
-    return replace(raw, arrays=arrays, converted=units.conversions)
+    return replace(raw, arrays=arrays, converted=units.conversions, drive_unit=units.drive_unit)
 
 
 def _units_of_joints(
@@ -377,24 +430,25 @@ def _units_of_joints(
     odd = {unknown_unit(column) for column in columns}
     common = odd.pop() if len(odd) == 1 else ""
     out = []
-    kept = wanted.kept(len(columns))
+    kept = [0] if role in SHARED and len(columns) == 1 else wanted.kept(len(columns))
     types = dict(zip(kept, wanted.sigma, strict=False))
     for j, column in enumerate(columns):
-        quantity = QUANTITIES[role][types.get(j) == PRISMATIC]
+        quantity = CHANNELS[role].quantities[types.get(j) == PRISMATIC]
         if j not in kept:  # a fixed joint
             out.append((Unit("", quantity, 1.0), ""))
             continue
         unit, source = _unit_option(role, j, quantity, wanted.reading.unit), "--unit"
         if unit is None:
-            if role in ("tau", "i") and (bit := sign_bit(x.T[j] if x.ndim == 2 else x)):
+            if role in TORQUES and (bit := sign_bit(x.T[j] if x.ndim == 2 else x)):
                 what = f"column {column} has counts whose sign is in bit {bit}"
-                refuse(what, f"--unit {role}=sign{bit}, or --unit {role}={_SI[quantity]}")
+                step = ":0.1%" if role == "u" else ""
+                refuse(what, f"--unit {role}=sign{bit}{step}, or --unit {role}={_SI[quantity]}")
             text, source = split_unit(column, time=False)[1] or common, "the header"
             unit = unit_of(text or _SI[quantity], quantity)
             if unit is None:
                 what = f"column {column!r}: {text!r} is no unit of {quantity}"
                 refuse(what, f"{_accepted(quantity)}, or --unit {role}={_SI[quantity]}")
-        if unit.name == "%":
+        if unit.name.endswith("%") and quantity != "duty":
             rated = _rated(wanted, column)[kept.index(j)]
             unit = replace(unit, size=unit.size * rated)
         out.append((unit, source))
@@ -418,9 +472,10 @@ def _unit_option(role: str, j: int, quantity: str, options: Mapping[str, str]) -
     for key in (f"{role}{j + 1}", role, ""):
         if key in options:
             text = options[key]
-            if sign := re.fullmatch("sign([1-9]|[1-5][0-9])", text):
-                return Unit(text, quantity, 1.0, int(sign[1]))
-            unit = unit_of(text, quantity)
+            sign = _SIGN.fullmatch(text)
+            unit = unit_of((sign and sign[2]) or text, quantity)
+            if sign and not (sign[2] and unit is None):
+                unit = replace(unit or Unit("", quantity, 1.0), name=text, sign=int(sign[1]))
             if unit is None and key:
                 how = (
                     f"{_accepted(quantity)}; other joints by their number: --unit {role}1={text},.."

@@ -47,7 +47,7 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
         notes.append(what)
     if "saturation" in kinds:
         assert log.tau is not None  # open_log guarantees it
-        limits = None if robot.limits is None else robot.limits.torque
+        limits = None if robot.limits is None or log.drive_unit else robot.limits.torque
         ratio = None if robot.drive is None else robot.drive.ratio
         high = on_grid(saturated(log.tau, limits, ratio), log.t, samples.t)
         all_joints |= high.any(axis=1)

@@ -85,7 +85,7 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         log = read_wanted(source, wanted_by(robot, reading))
     with located(log.name):
         _require_within(log, robot, reading)
-        log = with_servo_torques(log, robot.controller)
+        log = with_servo_torques(log, robot.controller, robot.drive)
         if robot.imu:
             _require_base_motion(log)
         if log.tau is None:
@@ -98,9 +98,10 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         if not _TORQUES[0] < largest < _TORQUES[1]:
             refuse(
                 f"the largest torque is {largest:.3g}",
-                f"N m or N, between {_TORQUES[0]:g} and {_TORQUES[1]:g}",
+                f"{log.drive_unit or 'N m or N'}, between {_TORQUES[0]:g} and {_TORQUES[1]:g}",
             )
-    notes = dict.fromkeys((*log.notes, *_beyond_torque(tau, robot, log.name)))
+    beyond = () if log.drive_unit else _beyond_torque(tau, robot, log.name)
+    notes = dict.fromkeys((*log.notes, *beyond))
     imu = log.imu if robot.imu else None
     return replace(log, tau=read_only(tau), notes=tuple(notes), imu=imu)
 

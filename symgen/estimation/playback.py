@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symgen.codegen.model import Model
+from symgen.data.drive import torque_of_command
 from symgen.data.mask import STILL, spans
 from symgen.data.signals import can_filter, lowpass
 from symgen.errors import ParameterError
@@ -118,7 +119,10 @@ def model_mover(model: Model, X: FloatArray) -> Mover:
 def gains_of(robot: Robot) -> Gains | None:
     """Return the feedback gains kp and kd of a robot, (n,) each; None if it has none."""
     servo = robot.controller
-    return None if servo is None else (np.array(servo.kp), np.array(servo.kd))
+    if servo is None:
+        return None
+    factor = torque_of_command(servo, robot.drive)
+    return factor * servo.kp, factor * servo.kd
 
 
 def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:

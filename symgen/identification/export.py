@@ -438,7 +438,7 @@ def beyond_limits(
     file = read_robot(path)
     robot = robot or file
     samples, _ = open_samples(log, robot, reading)
-    torques = (file.limits and file.limits.torque) or ()
+    torques = (file.limits and not samples.drive_unit and file.limits.torque) or ()
     limits = dict(zip(file.joint_names, torques, strict=False))
     peaks = np.abs(samples.tau).max(axis=0)
     highest = [limits.get(name, math.inf) for name in robot.joint_names]

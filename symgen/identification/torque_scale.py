@@ -48,6 +48,9 @@ def in_torque_scale(
     at_rest = rms(torque_at(evaluator, X, poses, 0 * poses, 0 * poses))
     out = []
     for s in logs:
+        if s.drive_unit:
+            out.append(s)
+            continue
         torques = rms(s.tau)
         for kind, unit in enumerate(units):
             joints = np.flatnonzero(np.equal(robot.sigma, kind))

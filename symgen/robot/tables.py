@@ -74,6 +74,7 @@ def word_check(*words: str) -> Check:
 Angle = Annotated[sp.Expr, ANGLE]
 Positive = Annotated[float, Check("a number above 0", lambda x: x > 0)]
 Gain = Annotated[float, Check("a number of 0 or more", lambda x: x >= 0)]
+Share = Annotated[float, Check("a number above 0, at most 1", lambda x: 0 < x <= 1)]
 Width = Annotated[
     float,
     Check(
@@ -280,7 +281,11 @@ class Drive:
         gain: (n,) factors for the torques on the joint side; None for 1.
         gain_std: (n,) standard deviations of the gains.
         position_side: the side of q and qd in logs, "motor" or "joint".
-        torque_side: the side of tau in logs, "motor" or "joint"; currents are those of the motors.
+        torque_side: the side of tau and of duty in logs, "motor" or "joint"; currents are those of
+            the motors.
+        supply: (n,) nominal voltages of the supply, V; None if unknown.
+        resistance: (n,) resistances of the windings, ohm; None if unknown.
+        limit: (n,) largest duty of the drives; None for 1.
     """
 
     ratio: Annotated[
@@ -300,6 +305,9 @@ class Drive:
     gain_std: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
     position_side: Annotated[str, word_check("motor", "joint")] = "motor"
     torque_side: Annotated[str, word_check("motor", "joint")] = "motor"
+    supply: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
+    resistance: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
+    limit: Annotated[tuple[Share, ...] | None, PER_JOINT] = None
 
     @property
     def gain_uncertainty_percent(self) -> float | None:
@@ -315,14 +323,16 @@ class Servo:
     """Position control of the joints: tau = kp (qr - q) + kd (qdr - qd), on the joint side.
 
     Attributes:
-        kp: (n,) N m/rad (N/m).
-        kd: (n,) N m s/rad (N s/m).
+        kp: (n,) N m/rad (N/m); duty or A instead of N m according to `unit`.
+        kd: (n,) N m s/rad (N s/m); likewise.
         scale: "known", or "unknown" if the gains are known up to a common factor.
+        unit: what the controller commands: torque in "N m", "duty", or motor current in "A".
     """
 
     kp: Annotated[tuple[Gain, ...], PER_JOINT]
     kd: Annotated[tuple[Gain, ...], PER_JOINT]
     scale: Annotated[str, word_check("known", "unknown")] = "known"
+    unit: Annotated[str, word_check("N m", "duty", "A")] = "N m"
 
 
 _ENDS = Check("a number, or [low, high] to be searched by `symgen diagnose`", lambda x: len(x) == 2)

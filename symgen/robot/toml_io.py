@@ -318,7 +318,9 @@ def _drive(data: Mapping[str, Any], reader: TableReader) -> Drive | None:
     table = data["drive"]
     require_keys(table, (*keys(Drive), "side"), "drive")
     if not table:
-        raise RobotError("drive: declares nothing; accepted: ratio, torque_constant, gain or side")
+        raise RobotError(
+            "drive: declares nothing; accepted: ratio, torque_constant, supply or side"
+        )
     sides = {"motor": "motor", "link": "joint"}
     side = reader.value(_SIDE, table.get("side", "motor"), "drive, key 'side'")
     entries = {
@@ -328,6 +330,9 @@ def _drive(data: Mapping[str, Any], reader: TableReader) -> Drive | None:
         **table,
     }
     entries.pop("side", None)
+    for key in ("supply", "resistance", "limit"):  # one number is that of all joints
+        if key in entries and not isinstance(entries[key], list):
+            entries[key] = [entries[key]] * len(reader.movable)
     return reader.table(Drive, entries, "drive")
 
 
