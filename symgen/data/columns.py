@@ -27,8 +27,10 @@ from symgen.data.raw import (
     SHARED,
     Wanted,
     listed,
+    option_for,
     refuse,
     refuse_currents,
+    roles_with_unit,
     unused_torques,
 )
 from symgen.data.units import TIMES, in_si, is_sum, rest_of, split_unit, unit_of
@@ -37,6 +39,8 @@ from symgen.errors import plain
 #: Start of the command that fixes joints; the command line inserts the file name.
 IMPORT = "symgen import FILE "
 _SECONDS = {"s", "sec", "secs", "seconds", "header"}
+#: Words for a duty in names of columns that the user takes for torques; and a word that servos use.
+_NO_TORQUE, _MAYBE_DUTY = {"duty", "pwm"}, "load"
 #: Words for commanded quantities, which were not measured.
 _COMMANDS = set(
     "d des desired target command commanded cmd reference ref goal setpoint error action".split()
@@ -186,10 +190,26 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
         if (count := names.count(name)) > 1:
             what = f"the column {_shown(name)} occurs {count} times"
             refuse(what, f"each column once, or {NO_HEADER}")
+    notes += _duty_as_torque([*columns.get("tau", {}).values()], wanted)
     groups: Groups = {}
     for role, have in columns.items():
         groups[role] = {j: names.index(name) for j, name in have.items()}
     return groups, tuple(f"{file}: {note}" for note in notes)
+
+
+def _duty_as_torque(names: Sequence[str], wanted: Wanted) -> list[str]:
+    """Refuse torques with the name of a duty; return a note on those that may be a duty."""
+    words = _tokens(" ".join(names)) & (_NO_TORQUE | {_MAYBE_DUTY})
+    if not words or "tau" in roles_with_unit(wanted.reading):
+        return []
+    option = option_for("u", names)
+    if words & _NO_TORQUE:
+        what = f"{_shown(names[0])} is a duty by its name, and no torque"
+        refuse(what, f"{option}, or --unit tau=Nm")
+    if split_unit(names[0])[1]:
+        return []
+    text = f"{names[0]} has no unit, and the load that servos report is their duty"
+    return [f"{text}: {option} --unit u=% reads it so"]
 
 
 def _place(column: str) -> tuple[str, int] | None:
@@ -228,7 +248,7 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
     currents = columns.get("i", {})
     if not wanted.currents or ("tau" in columns and len(currents) != len(columns.get("q", ()))):
         columns.pop("i", None)
-    chosen = {role: _option(role, have.values(), wanted) for role, have in columns.items()}
+    chosen = {role: option_for(role, have.values()) for role, have in columns.items()}
     for role in unused_torques(chosen, wanted.reading):
         del columns[role]
     measured = columns.keys() & DRIVING
@@ -249,13 +269,6 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
             only = ", ".join(f"{role}{j + 1}" for j in sorted(have))
             what = f"of the columns {role}1, {role}2, .. there are only {only}"
             refuse(what, f"{COLUMNS} of all joints")
-
-
-def _option(role: str, names: Iterable[str], wanted: Wanted) -> str:
-    """Return the text of --columns that chooses some columns for a role."""
-    patterns = by_name(names, wanted.joints) | by_number(names, None)
-    theirs = _shown(max(patterns, key=lambda p: len(patterns[p]), default="*"))
-    return f"{role}={theirs}"
 
 
 def _refuse_without(
@@ -438,7 +451,8 @@ def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str
         fits = [p for p in measured if any(word in p.lower() for word in words)]
         for pattern in [*fits, *unclear][:1]:
             text, _ = split_unit(pattern)
-            pairs.append(f"{role}={_shown(text)}")
+            may_be = role == "tau" and _MAYBE_DUTY in _tokens(text)
+            pairs.append(f"{'u' if may_be else role}={_shown(text)}")
     return f'--columns "{",".join(pairs)}"' if pairs else ""
 
 

@@ -12,14 +12,13 @@ positions are zero where the joint positions are zero.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symgen.data.mask import rms
-from symgen.data.raw import CHANNELS, TORQUES, FloatArray, Log, read_only, refuse
+from symgen.data.raw import FloatArray, Log, read_only, refuse
 
 if TYPE_CHECKING:
     from symgen.robot.tables import Drive, Servo
@@ -42,28 +41,27 @@ def joint_side(log: Log, drive: Drive | None) -> Log:
         LogError: the number of joints differs, there are currents without torque constants, or duty
             of motors that move several joints.
     """
-    if log.mapped:
+    if log.mapped or (drive is None and log.duty is None):
         return log
     if drive is None:
-        return log if log.duty is None else _with_input(log, _of_duty(log, None))
+        return _of_duty(log, None)
     n = len(drive.ratio)
     if log.q.shape[1] != n:
         refuse(f"the log has {log.q.shape[1]} joints, the robot has {n}", "the same")
     N = np.array(drive.ratio)
     if drive.position_side == "motor" and not np.array_equal(N, np.eye(n)):
         log = _positions_of_joints(log, N)
-    given = {role for role in TORQUES if getattr(log, CHANNELS[role].key) is not None}
-    if drive.torque_constant is None:
-        given -= {"i"}
-    role = next((role for role in _INPUTS if role in given), None)
-    if role is not None:
-        log = _with_input(log, _INPUTS[role](log, drive))
-        if drive.gain is not None:
-            assert log.tau is not None
-            note = "torques were multiplied by the gains of [drive]"
-            log = _noted(replace(log, tau=read_only(log.tau * drive.gain)), note)
+    if log.duty is not None:
+        log = _of_duty(log, drive)
+    elif log.current is not None and drive.torque_constant is not None:
+        log = _of_currents(log, drive)
+    elif log.tau is not None:
+        log = _of_torques(log, drive)
     elif log.qr is None:
         refuse("has currents alone", "torque_constant in [drive] of the robot file")
+    if log.tau is not None and drive.gain is not None:
+        note = "torques were multiplied by the gains of [drive]"
+        log = _with_input(log, log.tau * drive.gain, note)
     missing = log.missing
     if missing is not None and not _one_each(N):
         coupled = np.any([N, N.T, np.linalg.inv(N)], axis=0)
@@ -81,15 +79,10 @@ def _positions_of_joints(log: Log, N: FloatArray) -> Log:
     spans = np.ptp(changed["q"], axis=0)
     travelled = ", ".join(f"q{j} {span:.3g}" for j, span in enumerate(spans, 1))
     note = (
-        f"{'q' if log.qd is None else 'q and qd'} were mapped from the motor side to the joint "
-        f"side by the ratios of [drive]; the joints travel {travelled}"
+        f"{log.name}: {'q' if log.qd is None else 'q and qd'} were mapped from the motor side to "
+        f"the joint side by the ratios of [drive]; the joints travel {travelled}"
     )
-    return _noted(replace(log, **changed), note)
-
-
-def _noted(log: Log, *notes: str) -> Log:
-    lines = (f"{log.name}: {note}" for note in notes)
-    return replace(log, notes=(*log.notes, *lines))
+    return replace(log, notes=(*log.notes, note), **changed)
 
 
 def _one_each(N: FloatArray) -> bool:
@@ -97,77 +90,58 @@ def _one_each(N: FloatArray) -> bool:
     return np.array_equal(N, np.diag(np.diag(N)))
 
 
-# The channels that give tau: each with a function from the log and the drive.
+# The channels that give tau.
 
 
-class Input(NamedTuple):
-    """Input of the joints by one channel: tau (N, n), its unit as `Log.drive_unit`, and notes."""
-
-    tau: FloatArray
-    unit: str
-    notes: tuple[str, ...]
+def _with_input(log: Log, tau: FloatArray, *notes: str) -> Log:
+    lines = (f"{log.name}: {note}" for note in notes)
+    return replace(log, tau=read_only(tau), notes=(*log.notes, *lines))
 
 
-def _with_input(log: Log, given: Input) -> Log:
-    return _noted(replace(log, tau=read_only(given.tau), drive_unit=given.unit), *given.notes)
-
-
-def _of_torques(log: Log, drive: Drive) -> Input:
+def _of_torques(log: Log, drive: Drive) -> Log:
     assert log.tau is not None
     N = np.array(drive.ratio)
     if drive.torque_side != "motor" or np.array_equal(N, np.eye(len(N))):
-        return Input(log.tau, "", ())
-    return Input(log.tau @ N, "", ("tau was mapped from the motor side to the joint side",))
+        return log
+    return _with_input(log, log.tau @ N, "tau was mapped from the motor side to the joint side")
 
 
-def _of_currents(log: Log, drive: Drive) -> Input:
+def _of_currents(log: Log, drive: Drive) -> Log:
     assert log.current is not None
-    assert drive.torque_constant is not None
-    tau = (log.current * drive.torque_constant) @ np.array(drive.ratio)
+    N, constants = np.array(drive.ratio), np.array(drive.torque_constant)
+    tau = (log.current * constants) @ N
     unused = ""
     if log.tau is not None:
-        recorded = _of_torques(log, drive).tau
+        recorded = log.tau @ N if drive.torque_side == "motor" else log.tau
         unused = f"; the recorded tau {_difference(recorded, tau)} and is not used"
     note = "tau is that of the motor currents i1.. by the torque constants and ratios of [drive]"
-    return Input(tau, "", (f"{note}{unused}",))
+    return _with_input(log, tau, f"{note}{unused}")
 
 
-def _of_duty(log: Log, drive: Drive | None) -> Input:
-    """Return the input by the duty, or by the voltage, of the drives."""
+def _of_duty(log: Log, drive: Drive | None) -> Log:
+    """Give a log with duty, or voltages of the drives, the input that acts on the joints as tau."""
     assert log.duty is not None
-    u, unit, notes = log.duty, log.drive_unit, []
-    actual = unit == "V"
-    if actual and drive is not None and drive.supply is not None:
-        u, unit = u / np.array(drive.supply), "duty"
+    u, notes = log.duty, list[str]()
+    if log.drive_unit == "V" and drive is not None and drive.supply is not None:
+        u = u / np.array(drive.supply)
+        log = replace(log, duty=read_only(u), supply=None, drive_unit="duty")
         notes.append("u1.. in V was divided by the supply of [drive]")
-    if unit == "duty":
-        u, at_limit = clipped(u, drive)
-        notes += at_limit
+    if log.drive_unit == "duty":
+        u, limited = _available(log, u, drive)
+        notes += limited
     tau = held(log.t, u)
-    late = 500.0 * float(np.median(np.diff(log.t)))
-    what = "voltage" if unit == "V" else "duty"
+    late = 500 * float(np.median(np.diff(log.t)))
     notes.append(
-        f"tau is the {what} u1.. of the drives, which hold a value until the next sample: it acts "
-        f"{late:.3g} ms, half a step, after its stamp on average"
+        "tau is the input u1.. of the drives, which hold it until the next sample: on average it "
+        f"acts half a step, {late:.3g} ms, after its stamp"
     )
-    if not actual:
-        tau, scaled = _by_supply(log, tau, drive)
-        notes += scaled
     if drive is not None and drive.torque_side == "motor":
         N = np.array(drive.ratio)
         if not _one_each(N):
             what = "has the duty of motors that move several joints"
-            refuse(what, 'tau1.. or i1.., or the duty of joints with torque_side = "joint"')
+            refuse(what, "tau1.. or i1..; or duty of the joints and torque_side = 'joint'")
         tau = tau * np.sign(np.diag(N))
-    return Input(tau, unit, tuple(notes))
-
-
-#: Role -> function; a log uses the first of its channels.
-_INPUTS: dict[str, Callable[[Log, Drive], Input]] = {
-    "u": _of_duty,
-    "i": _of_currents,
-    "tau": _of_torques,
-}
+    return _with_input(log, tau, *notes)
 
 
 def held(t: FloatArray, u: FloatArray) -> FloatArray:
@@ -175,7 +149,7 @@ def held(t: FloatArray, u: FloatArray) -> FloatArray:
 
         v[k] = u[k] + (u[k+1] - 2 u[k] + u[k-1]) / 24,  half a step later
 
-    The first term is the mean of a smooth u over a step, the second one its curvature.
+    It is the mean of a smooth u over a step.
 
     Args:
         t: (N,) stamps, s.
@@ -189,39 +163,26 @@ def held(t: FloatArray, u: FloatArray) -> FloatArray:
     return np.asarray(CubicSpline(t, mean)(np.maximum(before, t[0])))
 
 
-def clipped(u: FloatArray, drive: Drive | None) -> tuple[FloatArray, list[str]]:
-    """Return duty (N, n) within the limits of the drives, and a note if it is at a limit."""
+def _available(log: Log, u: FloatArray, drive: Drive | None) -> tuple[FloatArray, list[str]]:
+    """Return duty (N, n) within its limits, scaled by the recorded supply over the nominal one."""
+    notes = []
     limit = np.array(1.0 if drive is None or drive.limit is None else drive.limit)
     shares = 100 * np.mean(np.abs(u) >= limit, axis=0)
-    texts = [f"u{j} {share:.3g} %" for j, share in enumerate(shares, 1) if share]
-    notes = [f"samples at the limit of the duty: {', '.join(texts)}"] if texts else []
-    return np.clip(u, -limit, limit), notes
-
-
-def _by_supply(log: Log, u: FloatArray, drive: Drive | None) -> tuple[FloatArray, list[str]]:
-    """Scale duty (N, n) by the recorded supply over its nominal voltage, or over its mean."""
-    if log.supply is None:
-        return u, []
-    known = drive is not None and drive.supply is not None
-    nominal = np.array(drive.supply) if drive and known else np.mean(log.supply, axis=0)
-    factor = np.nan_to_num(log.supply / nominal, nan=1.0)
-    source = "that of [drive]" if known else f"its mean, {listed_voltages(nominal)} V"
-    return u * factor, [f"u1.. was multiplied by the recorded supply over {source}"]
-
-
-def listed_voltages(volts: FloatArray) -> str:
-    """Return different voltages as text, without NaN."""
-    known = volts[np.isfinite(volts)]
-    return ", ".join(dict.fromkeys(f"{x:.4g}" for x in known))
-
-
-_COMMANDS = {"duty": "duty", "A": "currents"}
+    u = np.clip(u, -limit, limit)
+    if shares.any():
+        texts = (f"u{j} {share:.3g} %" for j, share in enumerate(shares, 1))
+        notes.append(f"samples at the limit of the duty: {', '.join(texts)}")
+    if log.supply is not None:
+        known = None if drive is None else drive.supply
+        nominal = np.mean(log.supply, axis=0) if known is None else np.array(known)
+        u = u * np.nan_to_num(log.supply / nominal, nan=1.0)
+        source = "its mean" if known is None else "that of [drive]"
+        notes.append(f"u1.. was multiplied by the recorded supply over {source}")
+    return u, notes
 
 
 def torque_of_command(servo: Servo, drive: Drive | None) -> FloatArray:
-    """Return the input of each joint by a unit of its controller's command, (n,).
-
-    It is in N m/A for a controller of currents, otherwise 1.
+    """Return the torque of a unit of the controller's command, (n,): N m/A for currents, else 1.
 
     Raises:
         LogError: currents without torque constants, or of motors that move several joints.
@@ -229,10 +190,10 @@ def torque_of_command(servo: Servo, drive: Drive | None) -> FloatArray:
     if servo.unit != "A":
         return np.ones(len(servo.kp))
     if drive is None or drive.torque_constant is None or not _one_each(np.array(drive.ratio)):
-        what = "[controller] of the robot file commands currents, and their torque is unknown"
+        what = "[controller] of the robot file commands currents, whose torque is unknown"
         refuse(what, "torque_constant in [drive], of motors that move one joint each")
-    constants = np.diag(drive.ratio) * np.array(drive.torque_constant)
-    return np.asarray(constants * np.array(drive.gain or 1.0))
+    per_ampere = np.diag(drive.ratio) * np.array(drive.torque_constant)
+    return np.asarray(per_ampere * np.array(drive.gain or 1.0))
 
 
 def with_servo_torques(log: Log, servo: Servo | None, drive: Drive | None = None) -> Log:
@@ -274,18 +235,15 @@ def with_servo_torques(log: Log, servo: Servo | None, drive: Drive | None = None
     factor = torque_of_command(servo, drive)
     command = factor * (kp * log.qr + kd * speed(log.qr, log.qdr))
     feedback = factor * (kp * log.q + kd * speed(log.q, log.qd))
-    what = "tau" if servo.unit == "N m" else f"tau by the {_COMMANDS[servo.unit]}"
-    notes = [f"{what} is that of the gains of [controller], kp (qr - q) + kd (qdr - qd)"]
-    unit = ""
+    by = "" if servo.unit == "N m" else f", in {servo.unit}"
+    notes = [f"tau is that of the gains of [controller]{by}, kp (qr - q) + kd (qdr - qd)"]
     if servo.unit == "duty":
-        unit, command = "duty", held(log.t, command)
-        tau, at_limit = clipped(command - feedback, drive)
-        tau, scaled = _by_supply(log, tau, drive)
-        notes += [*at_limit, *scaled]
+        command = held(log.t, command)
+        tau, limited = _available(log, command - feedback, drive)
+        log, notes = replace(log, drive_unit="duty"), notes + limited
     else:
         tau = command - feedback
-    log = _with_input(log, Input(tau, unit, tuple(notes)))
-    return replace(log, command=read_only(command))
+    return replace(_with_input(log, tau, *notes), command=read_only(command))
 
 
 def motor_side(log: Log, drive: Drive) -> Log:

@@ -36,6 +36,7 @@ from symgen.data.raw import (
     columns_from,
     refuse,
     require_shapes,
+    roles_with_unit,
     shown,
 )
 from symgen.data.raw import Log as Log
@@ -326,7 +327,9 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
         columns = {f"imu{k}": name for k, name in enumerate(IMU, 1)}
         _require_finite("imu", arrays["imu"], t, columns)
     if "supply" in arrays:
-        arrays["supply"] = read_only(_of_joints(arrays["supply"], missing.shape[1]))
+        supply = arrays["supply"]  # a single column is that of all joints
+        supply = np.where(np.isnan(supply), supply[:, :1], supply)
+        arrays["supply"] = read_only(np.broadcast_to(supply, arrays["q"].shape))
     channels: dict[str, Any] = {c.key: arrays.get(role) for role, c in CHANNELS.items()}
     log = Log(
         name, t, **channels, ignored=raw.ignored, notes=(*raw.notes, *notes),
@@ -405,39 +408,21 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
     return refuse(what, accepted)
 
 
-def _of_joints(supply: FloatArray, n: int) -> FloatArray:
-    """Return the voltages of the supply of n joints (N, n); a single column is that of all."""
-    first = supply[:, :1]
-    single = np.isnan(supply[:, 1:]).all()
-    return np.repeat(first, n, axis=1) if single else supply
-
-
 def _require_duty(log: Log, wanted: Wanted) -> None:
     """Refuse duty beyond -1 to 1, and voltages beyond the supply."""
     if log.duty is None:
         return
-    sizes = np.abs(log.duty).max(axis=0)
-    limits = np.ones(len(sizes))
+    j = int(np.argmax(np.abs(log.duty).max(axis=0)))
+    largest = float(np.abs(log.duty[:, j]).max())
+    supply = None if wanted.drive is None else wanted.drive.supply
     if log.drive_unit == "V":
-        supply = None if wanted.drive is None else wanted.drive.supply
-        limits[:] = np.inf if supply is None else supply
-    j = int(np.argmax(sizes / limits))
-    largest = sizes[j]
-    if largest <= _OVER * limits[j]:
-        return
-    if log.drive_unit == "V":
-        what = f"u{j + 1} is up to {largest:.4g} V, and [drive] has a supply of {limits[j]:g} V"
-        refuse(what, "the supply of this log in [drive], or --unit u=% for duty")
-    step = "%" if largest <= _OVER * 100 else "0.1%"
-    other = "another unit, such as " if "u" in roles_with_unit(wanted.reading) else ""
-    what = f"u{j + 1} is up to {largest:.4g}, and duty lies in -1 to 1"
-    refuse(what, f"{other}--unit u={step}, or --unit u=V for volts")
-
-
-def roles_with_unit(reading: Reading) -> set[str]:
-    """Return the roles whose unit the user set."""
-    every = {"q", "qd", "qs", "qr", "qdr"} if "" in reading.unit else set[str]()
-    return every | {re.sub("[0-9]+", "", column) for column in reading.unit}
+        if supply is not None and largest > _OVER * supply[j]:
+            what = f"u{j + 1} is up to {largest:.4g} V, and the supply of [drive] {supply[j]:g} V"
+            refuse(what, "the supply of this log in [drive], or --unit u=% for duty")
+    elif largest > _OVER:
+        unit = "%" if largest <= 100 * _OVER else "0.1%"
+        what = f"u{j + 1} is up to {largest:.4g}, and duty lies in -1 to 1"
+        refuse(what, f"--unit u={unit}, or --unit u=V for volts")
 
 
 def _filled(

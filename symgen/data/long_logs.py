@@ -19,6 +19,7 @@ import numpy as np
 
 from symgen.data.bags import is_bag
 from symgen.data.gaps import holes
+from symgen.data.lerobot import data_set_of
 from symgen.data.log import Log, checked_log, reading_of
 from symgen.data.raw import Reading, readable, refuse, wanted_by
 from symgen.data.tables import SUFFIXES, has_segments, open_table, rows_of
@@ -75,7 +76,10 @@ def _files(source: str) -> list[str] | None:
         if is_remote(source):
             return remote_files(source)
         if os.path.isdir(source):
-            every = Path(source).rglob("*")
+            inside = Path(source)
+            if data_set_of(inside) == inside:  # not its tables of tasks and episodes
+                inside = inside / "data"
+            every = inside.rglob("*")
             return None if is_bag(Path(source)) else [str(p) for p in every if p.is_file()]
         if glob.has_magic(source) and not os.path.exists(source):
             return glob.glob(source, recursive=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -147,6 +147,8 @@ class Reading:
         decimal: decimal mark of a CSV, "." or ","; "" for that of its first numbers.
         header: whether the first line of a CSV contains the names of its columns. Without it, they
             are 1, 2, ...
+        range: lowest and highest position of each movable joint, rad (m), of a file with positions
+            from -100 to 100; empty for other files.
     """
 
     columns: Mapping[str, str] | str = field(default_factory=dict)
@@ -160,6 +162,7 @@ class Reading:
     separator: str = ""
     decimal: str = ""
     header: bool = True
+    range: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         """Check the options.
@@ -220,6 +223,17 @@ class Reading:
         """First and last time to use, s."""
         low = -np.inf if self.start is None else self.start
         return low, np.inf if self.until is None else self.until
+
+
+def roles_with_unit(reading: Reading) -> set[str]:
+    """Return the roles whose unit the user set."""
+    every = {"q", "qd", "qs", "qr", "qdr"} if "" in reading.unit else set[str]()
+    return every | {*map(role_of, reading.unit)}
+
+
+def role_of(column: str) -> str:
+    """Return the role of a log column: q for q1."""
+    return column.rstrip("0123456789")
 
 
 @dataclass(frozen=True)
@@ -389,6 +403,12 @@ def listed(names: Sequence[str]) -> str:
     return first_of([*filter(None, names)], 12) or "none"
 
 
+def option_for(role: str, columns: Iterable[str]) -> str:
+    """Return the option that chooses the columns of all joints for a role."""
+    pairs = (f"{role}{j}={column}" for j, column in enumerate(columns, 1))
+    return f'--columns "{plain(",".join(pairs))}"'
+
+
 def shown(column: str, names: Mapping[str, str]) -> str:
     """Return a column for a message, with its name in the file."""
     name = names.get(column, column)
@@ -425,20 +445,19 @@ def unused_torques(present: Mapping[str, str], reading: Reading) -> set[str]:
     """Return the channels that a log does not use, because the user names another one for torques.
 
     Args:
-        present: role -> text of --columns that chooses it, of the channels in the file.
+        present: role -> option that chooses it, of the channels in the file.
         reading: names of columns.
 
     Raises:
-        LogError: the log has duty and torques or currents, and the user names none of them.
+        LogError: the log has duty and torques or currents, and the user does not name one of them.
     """
-    found = [role for role in CHANNELS if role in TORQUES & present.keys()]
+    found = [role for role in present if role in TORQUES]
     if "u" not in found or len(found) == 1:
         return set()
-    chosen = {re.sub("[0-9]+$", "", ours) for ours in reading.pairs}.intersection(found)
+    chosen = {*map(role_of, reading.pairs)}.intersection(found)
     if len(chosen) != 1:
-        kinds = " and ".join(f"{role}1.." for role in found)
-        options = " or ".join(f'--columns "{present[role]}"' for role in found)
-        refuse(f"the log has {kinds}, and only one of them gives the torques", options)
+        what = f"the log has {' and '.join(found)} of its joints, and only one gives the torques"
+        refuse(what, " or ".join(present[role] for role in found))
     return {*found} - chosen
 
 

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 
 from symgen.data.columns import Groups, assigned, with_joints
 from symgen.data.csv_text import csv_form, read_csv
+from symgen.data.lerobot import CLOCK, FRAMES, PAUSE, data_set_of, in_data_set
 from symgen.data.raw import (
     BESIDE,
     COLUMNS,
@@ -231,14 +233,17 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
     import pyarrow as pa
 
     schema, about = file.schema_arrow, file.metadata
+    empty = pa.RecordBatch.from_pylist([], schema)
     elements = _elements(file)
+    data_set = None if is_remote(name) else data_set_of(Path(name))
+    if data_set is not None:
+        wanted, rate = in_data_set(data_set, elements, wanted)
+        elements[CLOCK] = _Element(FRAMES, partial(_times, rate=rate))
     header, sources = [*elements], [*elements.values()]
     groups, notes = assigned(header, Path(name).name, wanted)
     used = _columns(groups)
     for k, column in used.items():
-        source, place = sources[k]
-        kind = schema.field(source).type
-        kind = kind if place is None else kind.value_type
+        kind = sources[k].of(empty).type
         numeric = pa.types.is_integer(kind) or pa.types.is_floating(kind)
         stamps = pa.types.is_timestamp(kind) or pa.types.is_duration(kind)
         if not (numeric or (column == "t" and stamps)):
@@ -253,36 +258,53 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
     )  # fmt: skip
 
 
-def _elements(file: Any) -> dict[str, tuple[str, int | None]]:
+@dataclass(frozen=True)
+class _Element:
+    """A column that a Parquet file has or gives: the columns it needs, and its values from them."""
+
+    columns: tuple[str, ...]
+    of: Callable[[Any], Any]
+
+
+def _elements(file: Any) -> dict[str, _Element]:
     """Return the columns of a Parquet file, each element of a list as its own: "state[0]".
 
-    Returns:
-        Name -> column of the file, and the place in its lists or None. A list has as many elements
-        as in the first row.
+    A list has as many elements as in the first row.
     """
     schema = file.schema_arrow
     lists = [field.name for field in schema if hasattr(field.type, "value_type")]
     rows = next(batches(file, lists), None) if lists else None
-    out: dict[str, tuple[str, int | None]] = {}
+    out: dict[str, _Element] = {}
     for name in schema.names:
         cell = rows[name][0].as_py() if rows and name in lists else None
         if cell and isinstance(cell, list):
-            out |= {f"{name}[{k}]": (name, k) for k in range(len(cell))}
+            for k in range(len(cell)):
+                out[f"{name}[{k}]"] = _Element((name,), partial(_element, name=name, k=k))
         else:
-            out[name] = (name, None)
+            out[name] = _Element((name,), itemgetter(name))
     return out
 
 
-def _picked(
-    file: Any, elements: Sequence[tuple[str, int | None]], groups: Sequence[int]
-) -> Iterator[list[Any]]:
-    """Yield columns, or elements of columns with lists, in batches."""
+def _element(batch: Any, name: str, k: int) -> Any:
+    """Return an element of the lists in a column."""
     import pyarrow.compute as pc
 
-    for batch in batches(file, sorted({name for name, _ in elements}), groups):
-        yield [
-            batch[name] if k is None else pc.list_element(batch[name], k) for name, k in elements
-        ]
+    return pc.list_element(batch[name], k)
+
+
+def _times(batch: Any, rate: float) -> Any:
+    """Return the times of rows by their frames, s, with a pause before each episode."""
+    import pyarrow as pa
+
+    frame, episode = (batch[name].to_numpy() for name in FRAMES)
+    return pa.array(frame / rate + PAUSE * episode)
+
+
+def _picked(file: Any, elements: Sequence[_Element], groups: Sequence[int]) -> Iterator[list[Any]]:
+    """Yield columns, or elements of columns with lists, in batches."""
+    needed = {name for element in elements for name in element.columns}
+    for batch in batches(file, sorted(needed), groups):
+        yield [element.of(batch) for element in elements]
 
 
 @contextmanager
@@ -402,7 +424,8 @@ def _npz(path: Path, wanted: Wanted) -> Arrays:
         if theirs not in content:
             refuse(f"there is no array {theirs!r} (--columns {ours})", listed([*content]))
     arrays = {role: content[key] for role, key in names.items() if key in content}
-    for role in unused_torques({role: f"{role}={names[role]}" for role in arrays}, wanted.reading):
+    options = {role: f"--columns {role}={names[role]}" for role in arrays}
+    for role in unused_torques(options, wanted.reading):
         del arrays[role]
     if not arrays.keys() & DRIVING and "i" in content:
         refuse_currents()

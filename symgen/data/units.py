@@ -25,6 +25,7 @@ from symgen.data.raw import (
     Raw,
     Reading,
     Wanted,
+    option_for,
     refuse,
 )
 from symgen.names import PRISMATIC
@@ -438,6 +439,11 @@ def _units_of_joints(
             out.append((Unit("", quantity, 1.0), ""))
             continue
         unit, source = _unit_option(role, j, quantity, wanted.reading.unit), "--unit"
+        if unit is None and wanted.reading.range and quantity in ("angle", "length"):
+            low, high = wanted.reading.range[kept.index(j)]
+            size = (high - low) / 200
+            unit = Unit("-100..100", quantity, size, zero=-100 - low / size)
+            source = "range in [log]"
         if unit is None:
             if role in TORQUES and (bit := sign_bit(x.T[j] if x.ndim == 2 else x)):
                 what = f"column {column} has counts whose sign is in bit {bit}"
@@ -449,21 +455,22 @@ def _units_of_joints(
                 what = f"column {column!r}: {text!r} is no unit of {quantity}"
                 refuse(what, f"{_accepted(quantity)}, or --unit {role}={_SI[quantity]}")
         if unit.name.endswith("%") and quantity != "duty":
-            rated = _rated(wanted, column)[kept.index(j)]
+            rated = _rated(wanted, columns)[kept.index(j)]
             unit = replace(unit, size=unit.size * rated)
         out.append((unit, source))
     return out
 
 
-def _rated(wanted: Wanted, column: str) -> Sequence[float]:
+def _rated(wanted: Wanted, columns: Sequence[str]) -> Sequence[float]:
     """Return the torques of 100 %.
 
     Raises:
         LogError: they are unknown.
     """
     if wanted.drive is None or wanted.drive.rated is None:
-        what = f"column {column!r} is in % of the rated torque, which is unknown"
-        refuse(what, "rated = [..] in [drive] of the robot file, in N m (N) on the side of tau")
+        what = f"column {columns[0]!r} is in % of the rated torque, which is unknown"
+        rated = "rated = [..] in [drive] of the robot file, in N m (N) on the side of tau"
+        refuse(what, f"{rated}; or {option_for('u', columns)} for the duty of servos")
     return wanted.drive.rated
 
 

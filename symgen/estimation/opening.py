@@ -19,11 +19,10 @@ from symgen.data.log import (
     of_movable_joints,
     read_wanted,
     reading_of,
-    roles_with_unit,
 )
 from symgen.data.long_logs import Source as Source
 from symgen.data.mask import rms
-from symgen.data.raw import IMU, Reading, read_only, refuse, wanted_by
+from symgen.data.raw import IMU, Reading, read_only, refuse, roles_with_unit, wanted_by
 from symgen.data.signals import Samples, interpolated, noise_of_differences
 from symgen.errors import LogError, located
 from symgen.estimation.values import FloatArray

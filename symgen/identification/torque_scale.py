@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from symgen.data.log import roles_with_unit
 from symgen.data.mask import rms
-from symgen.data.raw import Reading, refuse
+from symgen.data.raw import Reading, refuse, roles_with_unit
 from symgen.estimation.opening import Groups
 from symgen.estimation.system import torque_at
 from symgen.estimation.values import FloatArray

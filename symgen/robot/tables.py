@@ -89,6 +89,7 @@ Factor = Annotated[
     ),
 ]
 Range = Annotated[tuple[float, float], Check("[low, high], low below high", lambda r: r[0] < r[1])]
+Ends = Annotated[tuple[float, float], Check("two different numbers", lambda r: r[0] != r[1])]
 Triple = tuple[float, float, float]
 Movable = Annotated[int, JointNumber(movable=True)]
 Distinct = Check("different joints, at least one", lambda x: len(x) == len(set(x)) > 0)
@@ -145,6 +146,8 @@ class LogForm:
         separator: character between the columns of a CSV, or "tab".
         decimal: decimal mark of a CSV.
         header: whether a CSV has names of columns.
+        range: positions of each movable joint at -100 and at 100, rad (m), if the file has
+            positions from -100 to 100.
     """
 
     columns: str = ""
@@ -154,6 +157,7 @@ class LogForm:
     separator: str = ""
     decimal: str = ""
     header: bool = True
+    range: Annotated[tuple[Ends, ...], PER_JOINT] = ()
 
 
 @dataclass(frozen=True)

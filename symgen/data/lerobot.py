@@ -1,0 +1,79 @@
+"""LeRobot data sets: what meta/info.json states about their Parquet files.
+
+A file has lists of positions, `observation.state`, and of references, `action`. Their unit is not
+stated: it may be rad, degrees, or -100 to 100 of the range of a joint.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from symgen.data.columns import by_name, joints_of_file
+from symgen.data.raw import TORQUES, Wanted, readable, refuse, role_of, roles_with_unit
+
+#: Column of the times of the frames, and the columns that it needs.
+CLOCK, FRAMES = "index/fps", ("index", "episode_index")
+#: Pause between two episodes of a file, s: a gap in time.
+PAUSE = 1.0
+_EFFORT = "observation.effort[0]"
+
+
+def data_set_of(path: Path) -> Path | None:
+    """Return the folder of the data set that contains a file or folder, or None."""
+    near = (path, *path.absolute().parents[:3])
+    return next((folder for folder in near if (folder / "meta/info.json").is_file()), None)
+
+
+def in_data_set(folder: Path, elements: Collection[str], wanted: Wanted) -> tuple[Wanted, float]:
+    """Return what to read, with the columns that a data set states, and its frames per second.
+
+    Args:
+        folder: folder of the data set.
+        elements: columns of a file, "observation.state[0]" for an element of a list.
+        wanted: the robot, and names from the user, which come first.
+
+    Raises:
+        LogError: the file meta/info.json is none, a joint is not in the data set, or the unit of
+            the positions is unknown.
+    """
+    reading = wanted.reading
+    if "q" not in roles_with_unit(reading) and not reading.range:
+        ranges = "range = [[low, high], ..] in rad in [log] of the robot file for -100 to 100"
+        what = "a LeRobot data set does not state the unit of its positions"
+        refuse(what, f"--unit deg, --unit rad, or {ranges}")
+    named = {role_of(ours) for ours in reading.pairs}
+    lists = {"q": "observation.state"}
+    if _EFFORT not in elements and not named & TORQUES:
+        lists["qr"] = "action"
+    pairs, unit = dict(reading.pairs), dict(reading.unit)
+    if "q" in unit:
+        unit.setdefault("qr", unit["q"])
+    with readable("meta/info.json cannot be read", "that of a LeRobot data set"):
+        info = json.loads((folder / "meta/info.json").read_text("utf-8"))
+        rate = float(info["fps"])
+        if {*FRAMES} <= {*elements}:
+            pairs.setdefault("t", CLOCK)
+        for role, column in lists.items():
+            if role not in named and f"{column}[0]" in elements:
+                places = _places(info["features"][column], wanted)
+                pairs |= {f"{role}{j}": f"{column}[{k}]" for j, k in enumerate(places, 1)}
+    return replace(wanted, reading=replace(reading, columns=pairs, unit=unit)), rate
+
+
+def _places(feature: Mapping[str, Any], wanted: Wanted) -> Sequence[int]:
+    """Return the place of each joint in a list: by its name, otherwise in the order of the list."""
+    names = feature.get("names") or []
+    if isinstance(names, dict):  # {"motors": [..]}
+        names = next(iter(names.values()))
+    joints = wanted.reading.joints or wanted.joints
+    for found in by_name(names, joints).values():
+        if len(found) == len(joints):
+            return [names.index(found[j]) for j in range(len(joints))]
+    width = feature["shape"][0]
+    if wanted.kept(width):
+        return range(width)
+    return [names.index(joint) for joint in joints_of_file(wanted, names)]
