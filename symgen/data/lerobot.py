@@ -19,7 +19,7 @@ from symgen.data.raw import TORQUES, Wanted, readable, refuse, role_of, roles_wi
 CLOCK, FRAMES = "index/fps", ("index", "episode_index")
 #: Pause between two episodes of a file, s: a gap in time.
 PAUSE = 1.0
-_EFFORT = "observation.effort[0]"
+STATE, _ACTION, _EFFORT = "observation.state", "action", "observation.effort"
 
 
 def data_set_of(path: Path) -> Path | None:
@@ -41,17 +41,15 @@ def in_data_set(folder: Path, elements: Collection[str], wanted: Wanted) -> tupl
             the positions is unknown.
     """
     reading = wanted.reading
-    if "q" not in roles_with_unit(reading) and not reading.range:
-        ranges = "range = [[low, high], ..] in rad in [log] of the robot file for -100 to 100"
-        what = "a LeRobot data set does not state the unit of its positions"
-        refuse(what, f"--unit deg, --unit rad, or {ranges}")
     named = {role_of(ours) for ours in reading.pairs}
-    lists = {"q": "observation.state"}
-    if _EFFORT not in elements and not named & TORQUES:
-        lists["qr"] = "action"
-    pairs, unit = dict(reading.pairs), dict(reading.unit)
-    if "q" in unit:
-        unit.setdefault("qr", unit["q"])
+    lists = {"q": STATE}
+    if f"{_EFFORT}[0]" not in elements and not named & TORQUES:
+        lists["qr"] = _ACTION
+    if not (lists.keys() <= roles_with_unit(reading) or reading.range):
+        ranges = "range = [[low, high], ..] in rad in [log] of the robot file for -100 to 100"
+        what = f"a LeRobot data set does not state the unit of {' and '.join(lists.values())}"
+        refuse(what, f"--unit deg, --unit rad, or {ranges}")
+    pairs = dict(reading.pairs)
     with readable("meta/info.json cannot be read", "that of a LeRobot data set"):
         info = json.loads((folder / "meta/info.json").read_text("utf-8"))
         rate = float(info["fps"])
@@ -61,7 +59,7 @@ def in_data_set(folder: Path, elements: Collection[str], wanted: Wanted) -> tupl
             if role not in named and f"{column}[0]" in elements:
                 places = _places(info["features"][column], wanted)
                 pairs |= {f"{role}{j}": f"{column}[{k}]" for j, k in enumerate(places, 1)}
-    return replace(wanted, reading=replace(reading, columns=pairs, unit=unit)), rate
+    return replace(wanted, reading=replace(reading, columns=pairs)), rate
 
 
 def _places(feature: Mapping[str, Any], wanted: Wanted) -> Sequence[int]:

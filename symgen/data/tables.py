@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from symgen.data.columns import Groups, assigned, with_joints
 from symgen.data.csv_text import csv_form, read_csv
-from symgen.data.lerobot import CLOCK, FRAMES, PAUSE, data_set_of, in_data_set
+from symgen.data.lerobot import CLOCK, FRAMES, PAUSE, STATE, data_set_of, in_data_set
 from symgen.data.raw import (
     BESIDE,
     COLUMNS,
@@ -236,7 +236,7 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
     empty = pa.RecordBatch.from_pylist([], schema)
     elements = _elements(file)
     data_set = None if is_remote(name) else data_set_of(Path(name))
-    if data_set is not None:
+    if data_set is not None and f"{STATE}[0]" in elements:
         wanted, rate = in_data_set(data_set, elements, wanted)
         elements[CLOCK] = _Element(FRAMES, partial(_times, rate=rate))
     header, sources = [*elements], [*elements.values()]
