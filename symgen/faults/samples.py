@@ -218,7 +218,9 @@ def _masked(c: Channel, at: Bools, **numbers: float) -> Symptom | None:
 
 
 def _saturated(c: Channel) -> Symptom | None:
-    """Find clipped torques."""
+    """Find clipped torques. A duty acts as recorded, also at its limit."""
+    if c.about.drive_unit:
+        return None
     x = _recorded(c)
     at = clipped(x)
     limit = float(np.abs(x[at]).max(initial=0.0))
@@ -233,6 +235,8 @@ def _recorded(c: Channel) -> FloatArray:
 def _stuck(c: Channel) -> Symptom | None:
     """Find a channel that keeps a value while the robot moves, for a part of the log."""
     if c.key == "qd" and c.about.qd is None:
+        return None
+    if c.key == "tau" and c.about.drive_unit:
         return None
     x = _recorded(c)
     at = _constant(c, x, c.about)

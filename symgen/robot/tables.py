@@ -74,7 +74,6 @@ def word_check(*words: str) -> Check:
 Angle = Annotated[sp.Expr, ANGLE]
 Positive = Annotated[float, Check("a number above 0", lambda x: x > 0)]
 Gain = Annotated[float, Check("a number of 0 or more", lambda x: x >= 0)]
-Share = Annotated[float, Check("a number above 0, at most 1", lambda x: 0 < x <= 1)]
 Width = Annotated[
     float,
     Check(
@@ -89,7 +88,6 @@ Factor = Annotated[
     ),
 ]
 Range = Annotated[tuple[float, float], Check("[low, high], low below high", lambda r: r[0] < r[1])]
-Ends = Annotated[tuple[float, float], Check("two different numbers", lambda r: r[0] != r[1])]
 Triple = tuple[float, float, float]
 Movable = Annotated[int, JointNumber(movable=True)]
 Distinct = Check("different joints, at least one", lambda x: len(x) == len(set(x)) > 0)
@@ -157,7 +155,7 @@ class LogForm:
     separator: str = ""
     decimal: str = ""
     header: bool = True
-    range: Annotated[tuple[Ends, ...], PER_JOINT] = ()
+    range: Annotated[tuple[tuple[float, float], ...], PER_JOINT] = ()
 
 
 @dataclass(frozen=True)
@@ -311,7 +309,7 @@ class Drive:
     torque_side: Annotated[str, word_check("motor", "joint")] = "motor"
     supply: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
     resistance: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
-    limit: Annotated[tuple[Share, ...] | None, PER_JOINT] = None
+    limit: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
 
     @property
     def gain_uncertainty_percent(self) -> float | None:

@@ -19,6 +19,7 @@ from symgen.data.long_logs import expanded
 from symgen.data.signals import sampled
 from symgen.errors import LogError
 from symgen.estimation.opening import open_log
+from symgen.faults.repair import open_samples
 from symgen.robot.tables import LogForm
 
 COLUMNS = motion(600, 3)
@@ -164,6 +165,18 @@ def test_the_hold_of_the_duty_is_no_inertia():
     assert distance(symgen.make_log("late", made.t, made.q, duty))[0] > 5
 
 
+def test_a_duty_at_its_limit_is_not_masked():
+    """It is the input of the drive; of a torque, the part above the limit is unknown."""
+    steps = 0.3 * np.sign(np.sin(2 * COLUMNS["t"]))[:, None] * np.ones(2)
+    steps[:200] = 0.3 * DUTY[:200]
+    torque, repairs = open_samples(symgen.make_log("log", COLUMNS["t"], Q, steps), robot())
+    assert "saturated" in [fault.kind for fault in repairs]
+    assert torque.mask is not None
+    duty, repairs = open_samples(symgen.make_log("log", COLUMNS["t"], Q, None, duty=steps), robot())
+    assert duty.mask is None
+    assert repairs == ()
+
+
 LIMITED = "[limits]\ntorque = [0.1, 0.1]\n"
 
 
@@ -212,8 +225,8 @@ def test_a_robot_file_keeps_the_keys_of_servos():
     assert arm.drive.supply == (12.0, 12.0)
     assert arm.drive.ratio == ((1.0, 0.0), (0.0, 1.0))
     assert symgen.parse_robot(symgen.robot_toml(arm)) == arm
-    with pytest.raises(symgen.SymgenError, match=r"drive, key 'limit'.*at most 1"):
-        with_drive("[drive]\nlimit = 1.5\n")
+    with pytest.raises(symgen.SymgenError, match=r"drive, key 'supply'.*a number above 0"):
+        with_drive("[drive]\nsupply = 0\n")
 
 
 NAMES = ["elbow.pos", "shoulder.pos", "gripper.pos"]
