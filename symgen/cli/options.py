@@ -148,8 +148,8 @@ _READING = (
     ),
     click.option(
         "--unit",
-        help="Unit of angles, deg or rad; or of columns: q=deg,qd=rad/s,tau2=mNm; tau=% of [drive] "
-        "rated; tau=sign10 for counts with the sign in bit 10.",
+        help="Unit of angles, deg or rad; or of columns: q=deg,qd=rad/s,tau2=mNm; u=% or u=V of "
+        "servos; tau=% of [drive] rated; steps: u=0.1%, q=ticks4096, u=sign10:0.1%.",
     ),
     click.option(
         "--time-unit", default="", show_default=False, help="Unit of t in the file: s, ms, us, ns."

@@ -83,14 +83,14 @@ def read_log(
 ) -> Log:
     """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
-    CSV and Parquet files have columns t, q1.., tau1.. and optional qd1... Names of a recorder
-    (panda_joint1_position, pos_1, time) are matched. Some joints may also have qs1.. (a second
-    encoder). The motion of a base with an IMU is fx, fy, fz (specific force a - g) and wx, wy, wz
-    (angular velocity), in its axes. Other columns are ignored. NPZ files have arrays t (N,), q and
-    tau (N, n), and optional qd and qs (N, n), and imu (N, 6), of float or integer type; (N,) is
-    accepted for a single joint. MCAP files and bags have messages sensor_msgs/msg/JointState, whose
-    effort is tau. Columns in other units (deg, ms, mNm, dates) are converted if an option or the
-    header says so. Empty cells are interpolated.
+    CSV and Parquet files have columns t, q1.., tau1.. and optional qd1... Duty u1.. may replace
+    tau1... Names of a recorder (panda_joint1_position, pos_1, time) are matched. Some joints may
+    also have qs1.. (a second encoder). The motion of a base with an IMU is fx, fy, fz (specific
+    force a - g) and wx, wy, wz (angular velocity), in its axes. Other columns are ignored. NPZ
+    files have arrays t (N,), q and tau (N, n), and optional qd and qs (N, n), and imu (N, 6), of
+    float or integer type; (N,) is accepted for a single joint. MCAP files and bags have messages
+    sensor_msgs/msg/JointState, whose effort is tau. Columns in other units (deg, ms, mNm, dates)
+    are converted if an option or the header says so. Empty cells are interpolated.
 
     Args:
         path: the file, or the folder of a bag.

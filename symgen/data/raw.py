@@ -140,7 +140,8 @@ class Reading:
         start, until: first and last time of each log to use, s of its column t; None for all.
         mask: samples to leave out of the equations: "rest", "saturation", or both.
         unit: column or role -> its unit in the file, {"q": "deg", "tau1": "mNm"}; "" for all
-            angles, {"": "deg"}; "sign10" for counts with the sign in bit 10.
+            angles, {"": "deg"}; "sign10" for counts with the sign in bit 10, "ticks4096" for steps
+            of an encoder, "0.1%" for steps of a register.
         time_unit: unit of t in the file, "s", "ms", "us" or "ns"; "" if it is s, or if the header
             states it.
         separator: character between the columns of a CSV; "" for that of its header.

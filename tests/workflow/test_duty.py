@@ -10,7 +10,8 @@ import numpy as np
 import pyarrow as pa
 import pytest
 from oracles.arm import X
-from support_streams import motion, parquet, robot
+from scipy.interpolate import CubicSpline
+from support_streams import FRICTION, motion, parquet, robot
 
 import symgen
 from symgen import Controller, Recording
@@ -232,7 +233,13 @@ def test_a_robot_file_keeps_the_keys_of_servos():
 NAMES = ["elbow.pos", "shoulder.pos", "gripper.pos"]
 
 
-def data_set(folder: Path, scale: np.ndarray, offset: np.ndarray, episodes: int = 1) -> Path:
+def data_set(
+    folder: Path,
+    scale: np.ndarray,
+    offset: np.ndarray,
+    episodes: int = 1,
+    action: np.ndarray = REFERENCE,
+) -> Path:
     """Write a LeRobot data set whose last joint is a gripper, and its first the second one."""
     (folder / "meta/episodes").mkdir(parents=True)
     (folder / "data/chunk-000").mkdir(parents=True)
@@ -247,7 +254,7 @@ def data_set(folder: Path, scale: np.ndarray, offset: np.ndarray, episodes: int 
         return pa.array(np.column_stack([stored[:, ::-1], stored[:, 0]]).tolist())
 
     frames, count = np.arange(len(Q)), len(Q) // episodes
-    columns = {"observation.state": rows(Q), "action": rows(REFERENCE)}
+    columns = {"observation.state": rows(Q), "action": rows(action)}
     columns |= {"timestamp": (frames % count / 100).astype(np.float32), "index": frames + 7000}
     columns["episode_index"] = 4 + frames // count
     parquet(folder / "data/chunk-000/file-000.parquet", columns)
@@ -274,6 +281,20 @@ def test_a_lerobot_data_set_is_read_by_its_own_names(tmp_path):
     assert log.drive_unit == "duty"
     with pytest.raises(LogError, match=r"'wrist' is not among elbow.pos, .*--joints"):
         opened(path, servo, unit={"": "deg"}, joints=("wrist", "elbow"))
+
+
+def test_a_data_set_without_torques_gives_the_arm_per_unit_of_duty(tmp_path):
+    """The reference of each frame acts half a frame later on average, the position at once."""
+    per_duty = np.abs(np.column_stack([COLUMNS["tau1"], COLUMNS["tau2"]])).max() / 0.9
+    ahead = CubicSpline(COLUMNS["t"], Q + DUTY / KP)(COLUMNS["t"] + 0.005)
+    folder = data_set(tmp_path / "set", np.full(2, np.pi / 180), np.zeros(2), action=ahead)
+    arm = named("[controller]\nkp = [3, 5]\nkd = [0, 0]\nunit = 'duty'\n")
+    reading = symgen.Reading(unit={"": "deg"})
+    found = symgen.identify(arm, str(folder), model="momentum", reading=reading)
+    std = np.array([p.std for p in found.parameters])
+    true = np.array([*X, FRICTION, FRICTION]) / per_duty
+    assert (np.abs(found.X - true) < 3 * std).all()
+    assert (std < 0.05 * np.abs(true)).all()
 
 
 def test_a_share_of_the_range_of_each_joint_is_read_by_the_range_in_the_robot_file(tmp_path):
