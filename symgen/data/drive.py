@@ -108,8 +108,8 @@ def _of_torques(log: Log, drive: Drive) -> Log:
 
 def _of_currents(log: Log, drive: Drive) -> Log:
     assert log.current is not None
-    N, constants = np.array(drive.ratio), np.array(drive.torque_constant)
-    tau = (log.current * constants) @ N
+    N = np.array(drive.ratio)
+    tau = (log.current * np.array(drive.torque_constant)) @ N
     unused = ""
     if log.tau is not None:
         recorded = log.tau @ N if drive.torque_side == "motor" else log.tau
@@ -130,10 +130,10 @@ def _of_duty(log: Log, drive: Drive | None) -> Log:
         u, limited = _available(log, u, drive)
         notes += limited
     tau = held(log.t, u)
-    late = 500 * float(np.median(np.diff(log.t)))
+    step = float(np.median(np.diff(log.t)))
     notes.append(
         "tau is the input u1.. of the drives, which hold it until the next sample: on average it "
-        f"acts half a step, {late:.3g} ms, after its stamp"
+        f"acts half a step, {500 * step:.3g} ms, after its stamp"
     )
     if drive is not None and drive.torque_side == "motor":
         N = np.array(drive.ratio)
@@ -166,17 +166,19 @@ def held(t: FloatArray, u: FloatArray) -> FloatArray:
 def _available(log: Log, u: FloatArray, drive: Drive | None) -> tuple[FloatArray, list[str]]:
     """Return duty (N, n) within its limits, scaled by the recorded supply over the nominal one."""
     notes = []
-    limit = np.array(1.0 if drive is None or drive.limit is None else drive.limit)
-    shares = 100 * np.mean(np.abs(u) >= limit, axis=0)
+    limit = np.array((drive and drive.limit) or 1.0)
+    at_limit = np.abs(u) >= limit
     u = np.clip(u, -limit, limit)
-    if shares.any():
+    if at_limit.any():
+        shares = 100 * at_limit.mean(axis=0)
         texts = (f"u{j} {share:.3g} %" for j, share in enumerate(shares, 1))
         notes.append(f"samples at the limit of the duty: {', '.join(texts)}")
     if log.supply is not None:
-        known = None if drive is None else drive.supply
-        nominal = np.mean(log.supply, axis=0) if known is None else np.array(known)
-        u = u * np.nan_to_num(log.supply / nominal, nan=1.0)
-        source = "its mean" if known is None else "that of [drive]"
+        known = drive and drive.supply
+        nominal = np.array(known or log.supply.mean(axis=0))
+        factor = log.supply / nominal
+        u = u * np.nan_to_num(factor, nan=1.0)
+        source = "that of [drive]" if known else "its mean"
         notes.append(f"u1.. was multiplied by the recorded supply over {source}")
     return u, notes
 

@@ -327,6 +327,8 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
         columns = {f"imu{k}": name for k, name in enumerate(IMU, 1)}
         _require_finite("imu", arrays["imu"], t, columns)
     if "supply" in arrays:
+        if part and (wanted.drive is None or wanted.drive.supply is None):
+            refuse("a long log with a supply has several means", "supply in [drive], V")
         supply = arrays["supply"]  # a single column is that of all joints
         supply = np.where(np.isnan(supply), supply[:, :1], supply)
         arrays["supply"] = read_only(np.broadcast_to(supply, arrays["q"].shape))

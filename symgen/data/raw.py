@@ -52,7 +52,7 @@ def _words(text: str) -> frozenset[str]:
 _MOTION = ("angle", "length")
 _SPEED = ("rate", "speed")
 _EFFORT = _words("tau torque torques trq effort efforts eff")
-_DUTY = _words("u duty pwm")
+_DUTY = _words("duty pwm")
 #: Role, which begins the names of its columns (q1, q2, ..) -> channel.
 CHANNELS = {
     "q": Channel("q", _MOTION, 0, _words("q pos position positions angle")),

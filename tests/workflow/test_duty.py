@@ -102,6 +102,16 @@ def test_duty_is_clipped_at_its_limit_and_turned_by_a_negative_ratio(tmp_path):
     assert f"samples at the limit of the duty: u1 {share[0]:.3g} %" in "\n".join(log.notes)
 
 
+def test_empty_cells_of_duty_are_missing_data(tmp_path):
+    holes = DUTY.copy()
+    holes[100:103, 0] = np.nan
+    path = tmp_path / "log.npz"
+    np.savez(path, t=COLUMNS["t"], q=Q, u=holes)
+    log = opened(path)
+    np.testing.assert_array_equal(log.missing[:, :, 2], np.isnan(holes))
+    np.testing.assert_allclose(log.duty, DUTY, atol=0.02)
+
+
 @pytest.mark.parametrize(
     ("names", "values", "options", "drive", "says"),
     [
