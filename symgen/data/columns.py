@@ -314,8 +314,8 @@ def _matched(
     star = ""
     for role, channel in CHANNELS.items():
         has_torque = "tau" in columns and not wanted.currents
-        needless = role in columns or not channel.words or (role == "i" and has_torque)
-        if role not in patterns and needless:
+        needless = role in columns or (role == "i" and has_torque)
+        if role not in patterns and (needless or not channel.words):
             continue
         have = columns.get(role, {})
         of_user = {j: name for j, name in have.items() if f"{role}{j + 1}" in wanted.reading.pairs}

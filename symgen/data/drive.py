@@ -159,8 +159,9 @@ def held(t: FloatArray, u: FloatArray) -> FloatArray:
 
     mean = u.copy()
     mean[1:-1] += np.diff(u, 2, axis=0) / 24
-    before = t - 0.5 * np.median(np.diff(t))
-    return np.asarray(CubicSpline(t, mean)(np.maximum(before, t[0])))
+    earlier = t - 0.5 * np.median(np.diff(t))
+    at = np.maximum(earlier, t[0])
+    return np.asarray(CubicSpline(t, mean)(at))
 
 
 def _available(log: Log, u: FloatArray, drive: Drive | None) -> tuple[FloatArray, list[str]]:
@@ -226,17 +227,17 @@ def with_servo_torques(log: Log, servo: Servo | None, drive: Drive | None = None
             "[controller] with kp and kd in the robot file; where only their "
             'ratios are known, with scale = "unknown"',
         )
-    kp = np.array(servo.kp)
-    kd = np.array(servo.kd)
+    factor = torque_of_command(servo, drive)
+    kp = factor * servo.kp
+    kd = factor * servo.kd
 
     def speed(x: FloatArray, measured: FloatArray | None) -> FloatArray:
         from scipy.interpolate import CubicSpline
 
         return CubicSpline(log.t, x)(log.t, 1) if measured is None else measured
 
-    factor = torque_of_command(servo, drive)
-    command = factor * (kp * log.qr + kd * speed(log.qr, log.qdr))
-    feedback = factor * (kp * log.q + kd * speed(log.q, log.qd))
+    command = kp * log.qr + kd * speed(log.qr, log.qdr)
+    feedback = kp * log.q + kd * speed(log.q, log.qd)
     by = "" if servo.unit == "N m" else f", in {servo.unit}"
     notes = [f"tau is that of the gains of [controller]{by}, kp (qr - q) + kd (qdr - qd)"]
     if servo.unit == "duty":

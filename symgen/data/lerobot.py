@@ -58,7 +58,8 @@ def in_data_set(folder: Path, elements: Collection[str], wanted: Wanted) -> tupl
         for role, column in lists.items():
             if role not in named and f"{column}[0]" in elements:
                 places = _places(info["features"][column], wanted)
-                pairs |= {f"{role}{j}": f"{column}[{k}]" for j, k in enumerate(places, 1)}
+                for j, k in enumerate(places, 1):
+                    pairs[f"{role}{j}"] = f"{column}[{k}]"
     return replace(wanted, reading=replace(reading, columns=pairs)), rate
 
 

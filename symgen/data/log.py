@@ -329,10 +329,13 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     if "supply" in arrays:
         if part and (wanted.drive is None or wanted.drive.supply is None):
             refuse("a long log with a supply has several means", "supply in [drive], V")
-        supply = arrays["supply"]  # a single column is that of all joints
-        supply = np.where(np.isnan(supply), supply[:, :1], supply)
+        supply = arrays["supply"]
+        of_all = supply[:, :1]  # a single column is that of all joints
+        supply = np.where(np.isnan(supply), of_all, supply)
         arrays["supply"] = read_only(np.broadcast_to(supply, arrays["q"].shape))
-    channels: dict[str, Any] = {c.key: arrays.get(role) for role, c in CHANNELS.items()}
+    channels: dict[str, Any] = {}
+    for role, channel in CHANNELS.items():
+        channels[channel.key] = arrays.get(role)
     log = Log(
         name, t, **channels, ignored=raw.ignored, notes=(*raw.notes, *notes),
         missing=missing if missing.any() else None,
@@ -419,8 +422,11 @@ def _require_duty(log: Log, wanted: Wanted) -> None:
     supply = None if wanted.drive is None else wanted.drive.supply
     if log.drive_unit == "V":
         if supply is not None and largest > _OVER * supply[j]:
-            what = f"u{j + 1} is up to {largest:.4g} V, and the supply of [drive] {supply[j]:g} V"
-            refuse(what, "the supply of this log in [drive], or --unit u=% for duty")
+            what = f"u{j + 1} is up to {largest:.4g} V, and the supply of [drive]"
+            refuse(
+                f"{what} {supply[j]:g} V",
+                "the supply of this log in [drive], or --unit u=% for duty",
+            )
     elif largest > _OVER:
         unit = "%" if largest <= 100 * _OVER else "0.1%"
         what = f"u{j + 1} is up to {largest:.4g}, and duty lies in -1 to 1"

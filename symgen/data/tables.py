@@ -279,7 +279,8 @@ def _elements(file: Any) -> dict[str, _Element]:
         cell = rows[name][0].as_py() if rows and name in lists else None
         if cell and isinstance(cell, list):
             for k in range(len(cell)):
-                out[f"{name}[{k}]"] = _Element((name,), partial(_element, name=name, k=k))
+                of = partial(_element, name=name, k=k)
+                out[f"{name}[{k}]"] = _Element((name,), of)
         else:
             out[name] = _Element((name,), itemgetter(name))
     return out

@@ -186,10 +186,10 @@ def _units(text: str) -> list[Unit]:
         return [Unit(form, quantity, size, zero=float(ticks[2] or 0))]
     if not (multiple := _MULTIPLE.fullmatch(form)):
         return []
-    count, units = float(multiple[1]), _WRITTEN.get(multiple[2], ())
+    count = float(multiple[1])
     return [
         replace(unit, name=form, size=count * unit.size)
-        for unit in units
+        for unit in _WRITTEN.get(multiple[2], ())
         if count > 0 and unit.quantity != "time"
     ]
 
@@ -431,7 +431,8 @@ def _units_of_joints(
     odd = {unknown_unit(column) for column in columns}
     common = odd.pop() if len(odd) == 1 else ""
     out = []
-    kept = [0] if role in SHARED and len(columns) == 1 else wanted.kept(len(columns))
+    shared = role in SHARED and len(columns) == 1
+    kept = [0] if shared else wanted.kept(len(columns))
     types = dict(zip(kept, wanted.sigma, strict=False))
     for j, column in enumerate(columns):
         quantity = CHANNELS[role].quantities[types.get(j) == PRISMATIC]
@@ -447,8 +448,8 @@ def _units_of_joints(
         if unit is None:
             if role in TORQUES and (bit := sign_bit(x.T[j] if x.ndim == 2 else x)):
                 what = f"column {column} has counts whose sign is in bit {bit}"
-                step = ":0.1%" if role == "u" else ""
-                refuse(what, f"--unit {role}=sign{bit}{step}, or --unit {role}={_SI[quantity]}")
+                signed = f"sign{bit}:0.1%" if role == "u" else f"sign{bit}"
+                refuse(what, f"--unit {role}={signed}, or --unit {role}={_SI[quantity]}")
             text, source = split_unit(column, time=False)[1] or common, "the header"
             unit = unit_of(text or _SI[quantity], quantity)
             if unit is None:

@@ -92,6 +92,16 @@ def test_the_recorded_supply_scales_duty(tmp_path, suffix, drive, nominal):
     assert any("recorded supply" in note and source in note for note in log.notes)
 
 
+def test_a_long_log_with_a_supply_needs_its_nominal_voltage(tmp_path, monkeypatch):
+    """Each segment has another mean."""
+    monkeypatch.setattr("symgen.data.long_logs.LIMIT", 200)
+    more = {"u1": DUTY[:, 0], "u2": DUTY[:, 1], "supply": 11 + np.linspace(0, 1, len(DUTY))}
+    columns = {k: COLUMNS[k] for k in ("t", "q1", "q2")} | more
+    path = parquet(tmp_path / "log.parquet", columns)
+    with pytest.raises(LogError, match=r"supply in \[drive\]"):
+        symgen.identify(robot(), str(path), model="momentum")
+
+
 def test_duty_is_clipped_at_its_limit_and_turned_by_a_negative_ratio(tmp_path):
     path = table(tmp_path / "log.csv", "u*", DUTY)
     plain = opened(table(tmp_path / "clipped.csv", "u*", np.clip(DUTY, -0.4, 0.4)))
