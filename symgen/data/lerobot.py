@@ -68,6 +68,7 @@ def _places(feature: Mapping[str, Any], wanted: Wanted) -> Sequence[int]:
     names = feature.get("names") or []
     if isinstance(names, dict):  # {"motors": [..]}
         names = next(iter(names.values()))
+    names = [name.removesuffix(".pos") for name in names]
     joints = wanted.reading.joints or wanted.joints
     for found in by_name(names, joints).values():
         if len(found) == len(joints):

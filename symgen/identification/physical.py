@@ -244,6 +244,8 @@ def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
         logs: the training logs.
         X: (p,) base parameters.
     """
+    if logs[0].samples.drive_unit:  # of masses per unit of duty
+        return ""
     reach = _reach(evaluator.model.robot.with_values())
     (q,) = some_states(motion_states(logs)[0])
     inertia = np.mean(np.einsum("kjj->kj", mass_matrices(evaluator, q, X)), axis=0)

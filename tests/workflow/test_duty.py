@@ -198,17 +198,17 @@ def test_a_duty_at_its_limit_is_not_masked():
     assert repairs == ()
 
 
-LIMITED = "[limits]\ntorque = [0.1, 0.1]\n"
-
-
 def test_notes_on_torques_say_nothing_of_duty(tmp_path):
-    """The limits of the file are torques."""
-    arm = with_drive(LIMITED)
-    path = table(tmp_path / "log.csv", "u*", DUTY)
+    """The limits of the file are torques, and its masses are kg."""
+    arm = with_drive("[limits]\ntorque = [0.01, 0.01]\n")
+    little = 0.01 * DUTY
+    path = table(tmp_path / "log.csv", "u*", little)
     found = symgen.identify(arm, str(path), model="momentum")
-    as_torque = open_log(symgen.make_log("log", COLUMNS["t"], Q, DUTY), arm)
-    assert any("its limit in the robot file" in note for note in as_torque.notes)
-    assert not any("its limit" in note or "--unit" in note for note in found.notes)
+    torques = symgen.make_log("log", COLUMNS["t"], Q, 10 * little)
+    as_torques = symgen.identify(arm, torques, model="momentum")
+    for words in ("its limit in the robot file", "look at the units of the log"):
+        assert not any(words in note for note in found.notes)
+        assert any(words in note for note in as_torques.notes)
 
 
 KP, KD = np.array([3.0, 5.0]), np.array([0.2, 0.3])
@@ -299,8 +299,8 @@ def test_a_lerobot_data_set_is_read_by_its_own_names(tmp_path):
     np.testing.assert_allclose(log.qr, REFERENCE, atol=1e-12)
     np.testing.assert_allclose(log.t - log.t[0], COLUMNS["t"], atol=1e-9)
     assert log.drive_unit == "duty"
-    with pytest.raises(LogError, match=r"'wrist' is not among elbow.pos, .*--joints"):
-        opened(path, servo, unit={"": "deg"}, joints=("wrist", "elbow"))
+    with pytest.raises(LogError, match=r"'wrist' is not among elbow, shoulder, .*--joints"):
+        opened(path, servo, unit={"": "deg"}, joints=("elbow", "wrist"))
 
 
 def test_a_data_set_without_torques_gives_the_arm_per_unit_of_duty(tmp_path):
