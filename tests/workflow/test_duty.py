@@ -204,7 +204,7 @@ def test_notes_on_torques_say_nothing_of_duty(tmp_path):
     little = 0.01 * DUTY
     path = table(tmp_path / "log.csv", "u*", little)
     found = symgen.identify(arm, str(path), model="momentum")
-    torques = symgen.make_log("log", COLUMNS["t"], Q, 10 * little)
+    torques = symgen.make_log("log", COLUMNS["t"], Q, 2 * little)
     as_torques = symgen.identify(arm, torques, model="momentum")
     for words in ("its limit in the robot file", "look at the units of the log"):
         assert not any(words in note for note in found.notes)
