@@ -113,7 +113,7 @@ def test_missing_speeds_are_none_and_so_are_those_that_are_nan_throughout(writte
 def test_units_of_efforts_are_converted(written) -> None:
     log = read_log(written(states()), reading=Reading(joints=NAMES, unit={"tau": "mNm"}))
     np.testing.assert_allclose(log.tau, 1e-3 * TAU, rtol=1e-15, atol=0)
-    with pytest.raises(LogError, match="--unit of tau or i"):
+    with pytest.raises(LogError, match="--unit of tau, i or u"):
         read_log(written(states()), reading=Reading(joints=NAMES, unit={"": "deg"}))
 
 
