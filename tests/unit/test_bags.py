@@ -110,6 +110,13 @@ def test_missing_speeds_are_none_and_so_are_those_that_are_nan_throughout(writte
     assert_holds(read_log(written(states(qd=np.full_like(QD, np.nan))), reading=BY_NAME), None)
 
 
+def test_efforts_of_servos_are_their_duty(written) -> None:
+    reading = Reading(joints=NAMES, columns={"u": "effort"}, unit={"u": "0.1%"})
+    log = read_log(written(states()), reading=reading)
+    np.testing.assert_allclose(log.duty, 1e-3 * TAU, rtol=1e-15, atol=0)
+    assert log.drive_unit == "duty"
+
+
 def test_units_of_efforts_are_converted(written) -> None:
     log = read_log(written(states()), reading=Reading(joints=NAMES, unit={"tau": "mNm"}))
     np.testing.assert_allclose(log.tau, 1e-3 * TAU, rtol=1e-15, atol=0)
