@@ -19,6 +19,7 @@ from symgen.cli.options import (
     WINDOW,
     again,
     into,
+    point,
     reading_options,
     share,
 )
@@ -70,6 +71,15 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     multiple=True,
     help="Commanded motion of a log, for method iv; once for each log.",
 )
+@click.option(
+    "--carried",
+    multiple=True,
+    help="Log of duty in which the link of [payload] carries a body of known mass; repeatable.",
+)
+@click.option("--mass", type=float, help="Mass of the body in --carried, kg.")
+@click.option(
+    "--com", callback=point, help="Its centre of mass in the frame of the link: X,Y,Z, m."
+)
 @EXACT
 @click.option(
     "--workers",
@@ -88,6 +98,9 @@ def identify(
     prior: str | None,
     forgetting: float,
     commanded: tuple[str, ...],
+    carried: tuple[str, ...],
+    mass: float | None,
+    com: tuple[float, float, float] | None,
     exact: bool,
     workers: int | None,
     scheduler: str | None,
@@ -115,7 +128,7 @@ def identify(
             validation=validation,
             model=model,
             method=method,
-            fit=symgen.FitOptions(prior, commanded, forgetting),
+            fit=symgen.FitOptions(prior, commanded, forgetting, carried, mass, com),
             exact=exact,
             executor=executor,
             progress=told,

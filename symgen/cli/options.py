@@ -88,6 +88,17 @@ def share(_context: Any, _option: Any, percent: float) -> float:
     return percent / 100
 
 
+def point(_context: Any, _option: Any, text: str | None) -> tuple[float, ...] | None:
+    """Convert X,Y,Z to numbers."""
+    if text is None:
+        return None
+    try:
+        x, y, z = map(float, text.split(","))
+    except ValueError as error:
+        raise click.BadParameter(f"{text!r}; accepted: X,Y,Z in m") from error
+    return x, y, z
+
+
 ROBOT = click.argument("robot", shell_complete=robot_names)
 LOGS = click.argument("logs", nargs=-1, required=True, type=click.Path())
 PARAMETERS = click.option(

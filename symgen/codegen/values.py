@@ -25,12 +25,16 @@ class Values:
         std: their standard deviations, None where unknown.
         standard: standard parameters in the order of the model, or () if they are unknown.
         facts: the origin of the values, one line each.
+        units: units of X, if they are not those of the model: "duty" for N m.
+        drives: torque of the drive of each joint per unit of its input, with the unit; () for none.
     """
 
     X: tuple[float, ...]
     std: tuple[float | None, ...]
     standard: tuple[float, ...] = ()
     facts: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    drives: tuple[tuple[float, str], ...] = ()
 
     def require(self, base: BaseParameters) -> None:
         """Refuse values that do not belong to a model.
@@ -83,6 +87,7 @@ def values_header_text(
         digest: `model_digest` of the robot file.
         standard: names of the standard parameters, if their values are known.
     """
+    units = values.units or tuple(unit for *_, unit in parameters)
     return rendered(
         "c/values.h",
         name=name,
@@ -101,10 +106,11 @@ def values_header_text(
                 "unit": unit,
                 "std": "unknown" if std is None else f"{std:.3g}",
             }
-            for (parameter, expression, unit), x, std in zip(
-                parameters, values.X, values.std, strict=True
+            for (parameter, expression, _), unit, x, std in zip(
+                parameters, units, values.X, values.std, strict=True
             )
         ],
+        drives=[(repr(torque), unit) for torque, unit in values.drives],
         standard=[
             (parameter, repr(x)) for parameter, x in zip(standard, values.standard, strict=False)
         ],

@@ -44,7 +44,7 @@ def joint_side(log: Log, drive: Drive | None) -> Log:
     if log.mapped or (drive is None and log.duty is None):
         return log
     if drive is None:
-        return _of_duty(log, None)
+        return replace(_of_duty(log, None), mapped=True)
     n = len(drive.ratio)
     if log.q.shape[1] != n:
         refuse(f"the log has {log.q.shape[1]} joints, the robot has {n}", "the same")
@@ -61,7 +61,7 @@ def joint_side(log: Log, drive: Drive | None) -> Log:
         refuse("has currents alone", "torque_constant in [drive] of the robot file")
     if log.tau is not None and drive.gain is not None:
         note = "torques were multiplied by the gains of [drive]"
-        log = _with_input(log, log.tau * drive.gain, note)
+        log = replace(_with_input(log, log.tau * drive.gain, note), drive_unit="")
     missing = log.missing
     if missing is not None and not _one_each(N):
         coupled = np.any([N, N.T, np.linalg.inv(N)], axis=0)
@@ -122,6 +122,7 @@ def _of_duty(log: Log, drive: Drive | None) -> Log:
     """Give a log with duty, or voltages of the drives, the input that acts on the joints as tau."""
     assert log.duty is not None
     u, notes = log.duty, list[str]()
+    log = replace(log, drive_unit=log.drive_unit or "duty")
     if log.drive_unit == "V" and drive is not None and drive.supply is not None:
         u = u / np.array(drive.supply)
         log = replace(log, duty=read_only(u), supply=None, drive_unit="duty")

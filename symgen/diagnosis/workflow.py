@@ -58,6 +58,7 @@ from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import Judge, search
 from symgen.hypotheses.stiffness import stiffnesses
 from symgen.identification.campaign import Campaign, Filtering, open_campaign
+from symgen.identification.drives import in_torques
 from symgen.identification.judgement import CHANGED, SEARCH
 from symgen.identification.parameters import KnownParameters, read_known
 from symgen.identification.searched import BROKEN
@@ -211,9 +212,11 @@ class _Case:
         known = self.known
         filtering = Filtering(self.cutoff, known=None if known is None else known.band)
         moving = known is None
-        return open_campaign(
+        campaign = open_campaign(
             given, robot, logs, models, reading, filtering, self.progress, moving=moving
         )
+        drives = None if known is None else known.drives
+        return in_torques(campaign, given, reading=reading, drives=drives)
 
     @property
     def evaluator(self) -> Evaluator:

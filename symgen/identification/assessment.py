@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -21,6 +22,7 @@ from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import TorqueFit, equation_residual, percent
 from symgen.estimation.values import FloatArray, OtherEstimate, Reason, Residual, Trace
 from symgen.faults.fault import Fault
+from symgen.identification.drives import drive_estimates
 from symgen.identification.estimate import (
     BETWEEN_USES,
     LOG_DIGEST,
@@ -40,6 +42,7 @@ from symgen.identification.judgement import (
 )
 from symgen.identification.model_choice import ChosenModel
 from symgen.identification.physical import implausible
+from symgen.identification.scales import Scales
 from symgen.identification.settle import Settled
 from symgen.identification.simulation import simulation_use
 from symgen.identification.solving import UNBIASED, EquatedLog, Method, rows_of
@@ -124,7 +127,7 @@ def assess(chosen: ChosenModel, result: Outcome, accept: float, least: float) ->
     if best.known is not None:
         std = np.full(len(X), math.nan)
         std[best.known] = solution.std[best.known]
-    parameters = _parameter_estimates(evaluator, X, std)
+    parameters = _parameter_estimates(evaluator, X, std, campaign.scales)
     error = result.torque_held.in_motion.residual
     floor = noise_fit(evaluator, campaign.held, X).residual
     answer = with_incomplete_torques(campaign, X, floor)
@@ -133,7 +136,7 @@ def assess(chosen: ChosenModel, result: Outcome, accept: float, least: float) ->
     limits = restrictions(chosen.proportional, robot)
     uses = Uses(
         prediction_use(campaign, settled, result.torque_held, floor, accept, least),
-        parameters_use(parameters, settled, unexplained, bias, scaled=scale_unknown(campaign)),
+        parameters_use(parameters, settled, unexplained, bias, scale=scale_unknown(campaign)),
         simulation_use(campaign, X, parameters, limits),
     )
     headline = _headline(result.torque_held, floor, uses.prediction.large)
@@ -145,9 +148,13 @@ def assess(chosen: ChosenModel, result: Outcome, accept: float, least: float) ->
         prior = OtherEstimate.by("prior", base, method.prior.mean, method.prior.std)
     size = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
     size = np.where(size > 0, size, 1)
+    labels = joints_of(robot)
+    if campaign.scales is not None:
+        units = [campaign.scales.unit_of(j, label.unit) for j, label in enumerate(labels)]
+        labels = tuple(replace(x, unit=unit) for x, unit in zip(labels, units, strict=True))
     return Estimate(
         robot=robot.name,
-        joints=joints_of(robot),
+        joints=labels,
         model=model.name,
         method=method.label,
         parameters=parameters,
@@ -172,6 +179,7 @@ def assess(chosen: ChosenModel, result: Outcome, accept: float, least: float) ->
         band=campaign.band,
         alternatives=tuple(_alternatives(chosen.alternatives, method, solution, result)),
         repairs=result.repairs,
+        drives=drive_estimates(campaign, solution),
         physical=settled.physical,
         at_bound=settled.at_bound,
         excludes=method.excludes,
@@ -204,13 +212,18 @@ def _unexplained(error: Residual, noise: Residual, least: float) -> float | None
 
 
 def _parameter_estimates(
-    evaluator: Evaluator, X: FloatArray, std: FloatArray
+    evaluator: Evaluator, X: FloatArray, std: FloatArray, scales: Scales | None
 ) -> tuple[ParameterEstimate, ...]:
     """Return the base parameters with values and standard deviations, (p,) each."""
-    return tuple(
-        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
-        for b, x, s in zip(evaluator.model.base.parameters, X, std, strict=True)
-    )
+    robot, out = evaluator.model.robot, []
+    positions = {number: k for k, number in enumerate(robot.numbers)}
+    for b, x, s in zip(evaluator.model.base.parameters, X, std, strict=True):
+        unit = b.unit
+        if scales is not None:
+            number = int(re.sub(r"\D", "", b.name))
+            unit = scales.unit_of(positions[number], unit)
+        out.append(ParameterEstimate(b.name, b.expression, float(x), float(s), unit))
+    return tuple(out)
 
 
 def _alternatives(

@@ -26,6 +26,7 @@ from symgen.faults.repair import open_logs, require_motion, with_mended_speeds
 from symgen.hypotheses.ask import Answer
 from symgen.identification.parameters import values_of_file
 from symgen.identification.sampling import LongLogs, sample_logs
+from symgen.identification.scales import Scales
 from symgen.identification.torque_scale import in_torque_scale
 from symgen.parallel import Say, silent
 from symgen.robot.toml_text import robot_toml
@@ -77,6 +78,8 @@ class Campaign:
         file_values: (p,) parameters in the robot file; None if it has none.
         answer: what a search found; it is undone in the logs as far as possible.
         long: all of the logs, if they are long; else None.
+        scales: scales of the drives that turned their inputs into torques; None for logs of
+            torques.
         progress: called with a text about the current step.
     """
 
@@ -90,6 +93,7 @@ class Campaign:
     file_values: FloatArray | None = None
     answer: Answer = field(default_factory=Answer)
     long: LongLogs | None = None
+    scales: Scales | None = None
     progress: Say = silent
 
     @property
@@ -106,7 +110,8 @@ class Campaign:
     def notes(self) -> tuple[str, ...]:
         """Notes on the logs and on their band."""
         noted = [note for log in self.logs for note in log.samples.notes]
-        return (*noted, f"band: {self.band.in_words()}")
+        drives = () if self.scales is None else self.scales.in_words
+        return (*noted, *drives, f"band: {self.band.in_words()}")
 
     def torques(self, X: FloatArray) -> tuple[TorqueFit, TorqueFit]:
         """Compare the torques of the training and of the validation logs with those of X, (p,)."""
@@ -130,8 +135,11 @@ class Campaign:
         """Return the same logs in a band that is chosen again."""
         train = [log.samples for log in self.train]
         band = self.filtering.band_of(self.evaluator, train, self.long, self.progress)
-        campaign = replace(self, band=band)
-        return campaign.changed(lambda log: filter_log(log.samples, band))
+        return self.in_band(band)
+
+    def in_band(self, band: Band) -> Campaign:
+        """Return the same logs in another band."""
+        return replace(self, band=band).changed(lambda log: filter_log(log.samples, band))
 
 
 def open_campaign(

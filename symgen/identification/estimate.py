@@ -29,6 +29,7 @@ from symgen.schemas import (
     MATRIX,
     OPTIONAL,
     PAIRS,
+    OrNan,
     Size,
     SizeOrInf,
     SizeOrNan,
@@ -128,6 +129,36 @@ class Consistency:
         return "bodies of positive mass can have these base parameters"
 
 
+@dataclass(frozen=True)
+class DriveEstimate:
+    """The drive of a joint, from logs of its input u: torque u without friction and back-EMF.
+
+    Viscous friction of the joint contains the back-EMF, which has the same form.
+
+    Attributes:
+        joint: number of the joint.
+        torque: torque at u = 1.
+        std: its standard deviation; 0 for a reference.
+        unit: unit of `torque`: "N m per duty", or by a reference "duty of joint 1 per duty".
+        stall: torque at rest at the limit of u, less Coulomb friction, in the same unit; NaN if the
+            limit is unknown.
+        stall_std: its standard deviation.
+        no_load: speed at the limit of u without a load, rad/s (m/s); NaN if it is unknown.
+        no_load_std: its standard deviation.
+        limited: share of the samples at the limit of u.
+    """
+
+    joint: int
+    torque: Size
+    std: Size
+    unit: str
+    stall: OrNan
+    stall_std: SizeOrNan
+    no_load: OrNan
+    no_load_std: SizeOrNan
+    limited: Size
+
+
 UNCHECKED = Consistency(None, Reason("not_checked", text="not checked"))
 
 
@@ -193,6 +224,7 @@ class Estimate(Viewable):
         band: the filters of the run; None in an older file.
         repairs: repairs of the logs.
         alternatives: the fitted models, the chosen one first.
+        drives: the drives of the joints, from logs of their inputs; empty for logs of torques.
         uses: the uses of the estimate; None in a file of schema 1.
         headline: the torque error and a sentence for each use, separated by BETWEEN_USES.
         provenance: pairs of label and value: version, backend, digests of robot and logs, options.
@@ -223,6 +255,7 @@ class Estimate(Viewable):
     band: Band | None = None
     alternatives: Annotated[tuple[Alternative, ...], at("models")] = ()
     repairs: tuple[Fault, ...] = ()
+    drives: Annotated[tuple[DriveEstimate, ...], OPTIONAL] = ()
     possible: bool | None = field(init=False)
     at_bound: tuple[str, ...] = ()
     physical: Consistency = UNCHECKED

@@ -26,9 +26,11 @@ from symgen.estimation.values import FloatArray
 from symgen.faults.repair import open_samples
 from symgen.files import json_text, write_folder, write_text
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
+from symgen.identification.judgement import SCALE_UNKNOWN
 from symgen.identification.parameters import (
     base_values,
     cad_parameters,
+    drives_of,
     estimate_facts,
     read_parameters,
     with_fixed_links,
@@ -79,7 +81,9 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
     robot = dict(estimate.provenance).get(ROBOT_DIGEST, "")
     value = tuple(p.value for p in estimate.parameters)
     std = tuple(p.std if math.isfinite(p.std) else None for p in estimate.parameters)
-    values = Values(value, std, (), estimate_facts(estimate))
+    units = tuple(p.unit for p in estimate.parameters)
+    drives = drives_of(estimate)
+    values = Values(value, std, (), estimate_facts(estimate), units, drives)
     return codegen_values.values_header_text(
         prefix or estimate.robot,
         estimate.robot,
@@ -133,6 +137,9 @@ def identified_file(
         ParameterError: the file is of another robot, or cannot hold the values.
     """
     path = Path(path)
+    for reason in estimate.uses.parameters.reasons if estimate.uses else ():
+        if reason.kind == SCALE_UNKNOWN:
+            raise ParameterError(f"{path.name}: not exported, {reason.text}")
     imported = read_imported(path)
     model = derive(with_fixed_links(robot or imported.robot, imported.robot, path))
     ours = [name.removesuffix("R") for name in model.base.names]

@@ -61,6 +61,8 @@ _LITTLE_FRICTION = (
     "the torques contain a small part of the friction in the robot file: the drive may add the "
     "rest by itself; log the total torque or the motor current"
 )
+#: Kind of the reason that torques are counted in the input of a drive.
+SCALE_UNKNOWN = "drive_scale_unknown"
 _SCALED = (
     "the gains of [controller] are known up to a common factor, which scales all torques, masses, "
     "inertias and friction alike and which no such log determines: only ratios of parameters hold"
@@ -120,7 +122,7 @@ def parameters_use(
     unexplained: float | None,
     bias: str,
     *,
-    scaled: bool,
+    scale: Reason | None,
 ) -> ParametersUse:
     """Judge which parameters are known, and collect reasons against reading single values.
 
@@ -130,11 +132,11 @@ def parameters_use(
         unexplained: part of the torque that neither the model nor noise explains; None if it is
             not visible.
         bias: a text on the bias of least squares, or "".
-        scaled: whether all parameters have an unknown common factor.
+        scale: reason that the scale of torques is unknown, or None.
     """
     reasons = []
-    if scaled:
-        reasons.append(Reason("scale_unknown", text=_SCALED))
+    if scale is not None:
+        reasons.append(scale)
     if unexplained is not None:
         text = f"do not read single values: {percent(unexplained)} of the torque is unexplained"
         reasons.append(Reason("unexplained", value=unexplained, text=text))
@@ -157,7 +159,11 @@ def parameters_use(
         if some:
             text = f"{what}: {first_of(some)}"
             reasons.append(Reason(kind, value=float(len(some)), text=text))
-    return ParametersUse(tuple(reasons), () if scaled else tuple(known), count)
+    return ParametersUse(
+        tuple(reasons),
+        () if scale is not None and scale.kind == "scale_unknown" else tuple(known),
+        count,
+    )
 
 
 def suspicions(
@@ -365,9 +371,22 @@ def uncertain_torque(
     return relative_error(variance, np.mean(tau**2, axis=0), evaluator.model.robot.sigma)
 
 
-def scale_unknown(campaign: Campaign) -> bool:
-    """Whether gains that are known up to a common factor gave the torques of a training log."""
-    servo = campaign.robot.controller
+def scale_unknown(campaign: Campaign) -> Reason | None:
+    """Return the reason that the logs tell torques only up to a factor, or None."""
+    scales, robot = campaign.scales, campaign.robot
+    if scales is not None:
+        joints = [j for j, reference in enumerate(scales.reference) if reference >= 0]
+        if not joints:
+            return None
+        references = sorted({scales.reference[j] for j in joints})
+        text = (
+            f"torques of {robot.listed(joints)} are counted in the {scales.unit} of "
+            f"{robot.listed(references)}, and with them masses, inertias and friction; accepted "
+            "for N m: --carried LOG --mass KG, or torque_constant, resistance and supply in [drive]"
+        )
+        return Reason(SCALE_UNKNOWN, tuple(robot.numbers[j] for j in joints), text=text)
+    servo = robot.controller
     if servo is None or servo.scale != "unknown":
-        return False
-    return any(log.samples.command is not None for log in campaign.train)
+        return None
+    of_gains = any(log.samples.command is not None for log in campaign.train)
+    return Reason("scale_unknown", text=_SCALED) if of_gains else None

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
-from symgen.data.raw import Reading
+from symgen.data.raw import Reading, refuse
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.opening import Source
 from symgen.estimation.torque_error import fit
@@ -15,6 +16,7 @@ from symgen.faults.fault import Fault
 from symgen.faults.repair import open_logs
 from symgen.faults.undo import with_known_shifts
 from symgen.identification.campaign import Campaign, Filtering, in_band
+from symgen.identification.scales import with_torques
 from symgen.parallel import Say, silent
 from symgen.runtime.evaluator import Evaluator
 
@@ -33,6 +35,7 @@ def open_in_known_band(
     shifts: Sequence[Fault] = (),
     error: Callable[[FilteredLog], float] = lambda _: 0.0,
     progress: Say = silent,
+    drives: FloatArray | None = None,
 ) -> Campaign:
     """Open logs and repair them as the run that estimated the parameters.
 
@@ -46,12 +49,23 @@ def open_in_known_band(
             error, because another recorder may not be late.
         error: the torque error of a log, see `error_of`.
         progress: called with a text about the current step.
+        drives: (n,) torque of each drive per unit of its input, for logs of inputs.
 
     Raises:
-        LogError: symgen cannot read a log, or it belongs to another robot.
+        LogError: symgen cannot read a log, or it belongs to another robot, or it has inputs of
+            drives with unknown torques.
     """
     opened = open_logs((sources, ()), evaluator.model.robot, reading, progress)
     campaign = in_band(evaluator, file, opened, reading, filtering, progress)
+    unit = campaign.train[0].samples.drive_unit
+    if unit and drives is None:
+        refuse(
+            f"{campaign.train[0].name}: the log has the {unit} of its drives, and the parameters "
+            "were not identified from such logs",
+            "an estimate of symgen identify from logs of the same kind",
+        )
+    if unit and drives is not None:
+        campaign = campaign.changed(partial(with_torques, drives))
     if not shifts:
         return campaign
     logs, repairs = list[FilteredLog](), [*campaign.repairs]

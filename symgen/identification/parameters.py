@@ -31,6 +31,8 @@ from symgen.schemas import from_json, result_file
 
 #: Name of the file of parameters in the folder of a diagnosis.
 PARAMETERS = "parameters.toml"
+#: Units of torques and forces.
+TORQUES = ("N m", "N")
 _TORQUES = re.compile(r"tau|tau\d+(, tau\d+)*")
 _SAME = 1e-6  # m or rad, tolerance between the frames of two files of one robot
 
@@ -45,6 +47,8 @@ class KnownParameters:
         estimate: estimate in that file; None for TOML and robot files.
         band: filters of the run that estimated the parameters; None if the file has none.
         shifts: shifts of the torques of all logs in that run.
+        drives: (n,) torque of each drive per unit of its input in that run; None for logs of
+            torques.
     """
 
     file: Path
@@ -52,6 +56,7 @@ class KnownParameters:
     estimate: Estimate | None = None
     band: Band | None = None
     shifts: tuple[Fault, ...] = ()
+    drives: FloatArray | None = None
 
 
 def read_known(path: str | Path, model: Model) -> KnownParameters:
@@ -67,7 +72,9 @@ def read_known(path: str | Path, model: Model) -> KnownParameters:
     X, file = read_parameters(path, model), parameters_file(path)
     if file.suffix == ".json":
         estimate = read_estimate(file)
-        return KnownParameters(file, X, estimate, estimate.band, estimate.shifts)
+        torque = np.array([drive.torque for drive in estimate.drives])
+        drives = torque if len(torque) else None
+        return KnownParameters(file, X, estimate, estimate.band, estimate.shifts, drives)
     if file.suffix != ".toml":
         return KnownParameters(file, X)
     content = load_toml(file.read_text(encoding="utf-8-sig"))
@@ -133,8 +140,16 @@ def read_values(path: str | Path, model: Model) -> Values:
     """
     known, named = read_known(path, model), read_named(Path(path), model)
     source = (f"From {Path(path).name}.",)
-    facts = source if known.estimate is None else estimate_facts(known.estimate)
-    return named_values(known.X.tolist(), *named, model.base, facts)
+    if known.estimate is None:
+        return named_values(known.X.tolist(), *named, model.base, source)
+    values = named_values(known.X.tolist(), *named, model.base, estimate_facts(known.estimate))
+    units = tuple(p.unit for p in known.estimate.parameters)
+    return replace(values, units=units, drives=drives_of(known.estimate))
+
+
+def drives_of(estimate: Estimate) -> tuple[tuple[float, str], ...]:
+    """Return the torque of each drive per unit of its input, with the unit."""
+    return tuple((drive.torque, drive.unit) for drive in estimate.drives)
 
 
 def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
@@ -156,8 +171,15 @@ def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
         f"Verdict: {estimate.verdict}.",
         *estimate.sentences,
         f"Physical consistency: {estimate.physical.text}.",
+        *_torque_units(estimate),
         *(f"{key}: {value}" for key, value in estimate.provenance),
     )
+
+
+def _torque_units(estimate: Estimate) -> list[str]:
+    """Return a line on the joints whose torques are counted in the input of a drive."""
+    others = [f"{j.label}: {j.unit}" for j in estimate.joints if j.unit not in TORQUES]
+    return [f"All functions count torques in these units: {', '.join(others)}."] if others else []
 
 
 def read_named(path: Path, model: Model) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -227,8 +227,9 @@ def payload(
 
     filtering = Filtering(cutoff, known=None if in_file is None else in_file.band)
     shifts = () if in_file is None else in_file.shifts
+    drives = None if in_file is None else in_file.drives
     campaign = open_in_known_band(
-        evaluator, robot, [*loaded, *bare], reading, filtering, shifts, error, progress
+        evaluator, robot, [*loaded, *bare], reading, filtering, shifts, error, progress, drives
     )
     require_other_data([log.samples for log in campaign.train], [])
     groups = campaign.train[: len(loaded)], campaign.train[len(loaded) :]

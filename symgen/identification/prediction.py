@@ -115,7 +115,9 @@ def predict(
     known, evaluator = read_known(parameters, model), load(model)
     filtering = Filtering(cutoff, known=known.band)
     error = error_of(evaluator, known.X)
-    campaign = open_in_known_band(evaluator, robot, [log], reading, filtering, known.shifts, error)
+    campaign = open_in_known_band(
+        evaluator, robot, [log], reading, filtering, known.shifts, error, drives=known.drives
+    )
     (filtered,) = campaign.train
     compared = fit(evaluator, [filtered], known.X)
     noise = noise_fit(evaluator, [filtered], known.X).residual

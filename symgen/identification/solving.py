@@ -28,6 +28,7 @@ from symgen.estimation.opening import Source, listed_logs
 from symgen.estimation.solve import Solution, weighted_least_squares
 from symgen.estimation.system import Rows, join
 from symgen.estimation.values import SEED, FloatArray
+from symgen.identification.scales import Carried
 from symgen.identification.weak_prior import WeakPrior
 from symgen.runtime.evaluator import Evaluator
 
@@ -44,11 +45,36 @@ class FitOptions:
             encoders are the instruments, which requires measured speeds.
         forgetting: weight of the past for each new sample, for method recursive, in (0, 1]. The
             memory is about 1 / (1 - forgetting) samples, for any model and window.
+        carried: for servos that report their duty: logs in which the link of [payload] carries a
+            body of known mass, which gives the torques of the drives.
+        mass: mass of this body, kg.
+        com: its centre of mass in the frame of the link, m; None if unknown.
     """
 
     prior: str | Path | None = None
     commanded: Sequence[Source] | Source = ()
     forgetting: float = 1.0
+    carried: Sequence[Source] | Source = ()
+    mass: float | None = None
+    com: tuple[float, float, float] | None = None
+
+    @property
+    def body(self) -> Carried | None:
+        """The body in the logs `carried`; None if there are none.
+
+        Raises:
+            IdentificationError: mass or logs are missing, or the mass is not positive.
+        """
+        logs = listed_logs(self.carried)
+        if not logs and self.mass is None and self.com is None:
+            return None
+        if not logs or self.mass is None:
+            raise IdentificationError("accepted: --carried LOG with --mass KG, both of them")
+        if not (math.isfinite(self.mass) and self.mass > 0):
+            raise IdentificationError(f"--mass {self.mass:g}; accepted: a mass above 0 kg")
+        if self.com is not None and not np.isfinite(self.com).all():
+            raise IdentificationError("--com; accepted: X,Y,Z in m")
+        return Carried(self.mass, self.com)
 
     def motions(self, logs: int, method: str) -> list[Source]:
         """Return one commanded motion for each log, or none.

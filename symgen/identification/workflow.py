@@ -33,6 +33,7 @@ from symgen.identification.assessment import (
     outcome,
 )
 from symgen.identification.campaign import Campaign, Filtering, open_campaign
+from symgen.identification.drives import in_torques
 from symgen.identification.estimate import UNCHECKED, Estimate
 from symgen.identification.model_choice import ChosenModel, choose_model
 from symgen.identification.parameters import read_prior
@@ -111,6 +112,7 @@ def identify(
     sources, held = expanded(listed_logs(logs)), expanded(listed_logs(validation))
     motions = options.motions(len(sources), about.method.name)
     require_logs(sources)
+    body = options.body
     needed = _needs_memory(source, about.method, options)
     if needed and is_long([*sources, *held]):
         raise IdentificationError(
@@ -121,6 +123,7 @@ def identify(
     campaign = open_campaign(
         robot, source, (sources, held), about.models, reading, filtering, progress, executor
     )
+    campaign = in_torques(campaign, robot, listed_logs(options.carried), body, reading)
     about = replace(about.with_prior(options, campaign.evaluator), motions=tuple(motions))
     return identified(campaign, about).estimate
 
@@ -203,6 +206,10 @@ def identified(campaign: Campaign, settings: Settings) -> Identified:
     chosen = choose_model(campaign, settings.models, by, settings.motions, progress)
     with blame_motion(chosen.fault):
         result = _solve(chosen, by)
+    if campaign.scales is not None:
+        names = campaign.evaluator.model.base.names
+        solution = campaign.scales.with_uncertainty(result.settled.solution, names)
+        result = replace(result, settled=replace(result.settled, solution=solution))
     progress("judging")
     estimate = assess(chosen, result, settings.accept, settings.least)
     return Identified(chosen, result, estimate)

@@ -30,6 +30,29 @@ static const {{ name }}_real {{ name }}_values[{{ name }}_PARAMETERS] = {
     ({{ name }}_real){{ p.value }}{{ "" if loop.last else "," }} /* {{ p.formula }} [{{ p.unit }}], std {{ p.std }} */
 {% endfor %}
 };
+{% if drives %}
+
+/* Torque of the drive of each joint per unit of its input, without friction and back-EMF. */
+static const {{ name }}_real {{ name }}_drives[{{ drives|length }}] = {
+{% for torque, unit in drives %}
+    ({{ name }}_real){{ torque }}{{ "" if loop.last else "," }} /* {{ unit }} */
+{% endfor %}
+};
+
+/* Input u of the drives for joint torques tau. Back-EMF is part of the viscous friction in X: tau
+ * has it if it contains friction, as that of inverse_dynamics or friction does. qd is not used. */
+static inline void {{ name }}_duty(
+    const {{ name }}_real tau[{{ drives|length }}],
+    const {{ name }}_real qd[{{ drives|length }}],
+    {{ name }}_real u[{{ drives|length }}])
+{
+    int j;
+    (void)qd;
+    for (j = 0; j < {{ drives|length }}; ++j) {
+        u[j] = tau[j] / {{ name }}_drives[j];
+    }
+}
+{% endif %}
 {% if standard %}
 
 /* The standard parameters that give them, in the order of standard_names in manifest.json. */

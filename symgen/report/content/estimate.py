@@ -60,6 +60,11 @@ _MODELS = (
     "error on folds of the training logs that the fit did not use."
 )
 _SUSPECTED = "What may be wrong but is not certain. It changes no verdict."
+_DRIVES = (
+    "A drive gives its torque times its input, less friction and back-EMF. Back-EMF has the form "
+    "of viscous friction, and FV holds both. Stall torque and no-load speed are those at the "
+    "largest input, without a load."
+)
 _VALUES = ("The distance is from the estimate, in standard deviations of the other value.",)
 #: Correlation above which two parameters are listed as hardly distinguishable.
 CORRELATED = 0.9
@@ -110,6 +115,7 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
         ),
         _error_section(e),
         *_suspected_sections(e),
+        *_drive_sections(e),
         _known_section(e),
         *_simulation_sections(e),
         *(_values_sections(e) if e.prior else ()),
@@ -195,6 +201,29 @@ def _model_section(e: Estimate) -> Section:
     ]
     header = ("model", "error on folds", "error on held-out data", "condition number")
     return Section("Models", (_MODELS,), Table(header, rows if len(rows) > 1 else ()), printed=())
+
+
+def _drive_sections(e: Estimate) -> list[Section]:
+    """Return the drives, for logs of their inputs."""
+    if not e.drives:
+        return []
+    names = {joint.number: joint for joint in e.joints}
+    rows = []
+    for d in e.drives:
+        joint = names[d.joint]
+        speed = value_with_std(d.no_load, d.no_load_std)
+        rows.append(
+            (
+                joint.label,
+                *value_with_std(d.torque, d.std),
+                d.unit,
+                "" if math.isnan(d.stall) else " +- ".join(value_with_std(d.stall, d.stall_std)),
+                "" if math.isnan(d.no_load) else f"{' +- '.join(speed)} {joint.place_unit}/s",
+                percent(d.limited),
+            )
+        )
+    header = ("joint", "torque", "std", "unit", "stall torque", "no-load speed", "at the limit")
+    return [Section("Drives", (_DRIVES,), Table(header, rows), printed=())]
 
 
 def _suspected_sections(e: Estimate) -> list[Section]:
