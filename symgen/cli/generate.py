@@ -31,7 +31,7 @@ _DERIVING = 0.6
     type=click.Choice(DTYPES),
     help="Precision of the C code.",
 )
-@click.option("--kernels", help="Kernels to write, comma-separated; default all.")
+@click.option("--kernels", help="Kernels to write, comma-separated; default all. With payload: load on line.")
 @click.option(
     "--prefix",
     help="Prefix of file and function names; default the robot's name (float: with an f).",
@@ -89,21 +89,24 @@ def generate(
         return folder
 
     def derived() -> tuple[Any, ...]:
-        from symgen.codegen.kernels import ALL, KERNELS
+        from symgen.codegen.kernels import KERNELS, SETS, expanded
         from symgen.codegen.package import summary
 
         robot = source or symgen.parse_robot(content, str(path))
         begin(robot.name)
-        asked = () if kernels == "all" else split_list(kernels)
+        asked = split_list(kernels) or ("all",)
         about = [name for name, d in KERNELS.items() if standard and d.standard]
-        chosen = tuple(dict.fromkeys([*(asked or ALL), *about]))
-        named = chosen if asked else None  # "all" means the kernels that the robot has
+        chosen = expanded([*asked, *about])
+        sets = expanded(name for name in asked if name in SETS)
+        optional = {*sets, *(about if "all" in asked else ())}
         with meter("deriving") as advance:
             model = symgen.derive(
                 replace(robot, exact=exact or robot.exact),
                 chosen,
                 meter=lambda part: advance(_DERIVING * part),
             )
+            # A set means those of its kernels that the robot has.
+            named = tuple(k for k in chosen if k not in optional or model.kernel(k) is not None)
             values = None
             if parameters is not None:
                 from symgen.identification.parameters import read_values

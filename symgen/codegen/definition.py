@@ -109,6 +109,7 @@ class KernelDefinition:
         lacks: content that a robot without this kernel lacks, for the message.
         batch: whether there is a version for N samples.
         standard: whether it concerns standard parameters; it is then written only on request.
+        named: whether it is written only by name.
         fixed_base: whether it exists only for a fixed base.
     """
 
@@ -122,6 +123,7 @@ class KernelDefinition:
     lacks: str = ""
     batch: bool = True
     standard: bool = False
+    named: bool = False
     fixed_base: bool = False
 
     @property

@@ -23,7 +23,7 @@ def has_controller(package: Package) -> bool:
     """Return whether the package contains the example of the controller, which calls the
     identifier.
     """
-    return "c" in package.targets and bool(package.runtime) and package.has(*_CONTROLLER)
+    return "c" in package.targets and "identifier" in package.runtime and package.has(*_CONTROLLER)
 
 
 def controller(package: Package) -> dict[str, str]:

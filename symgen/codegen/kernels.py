@@ -8,9 +8,10 @@ an evaluator with their stub, and the table of docs/c.md follow from it.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from importlib import resources
+from itertools import chain
 from typing import Any
 
 from symgen.codegen.definition import (
@@ -23,6 +24,7 @@ from symgen.codegen.definition import (
     of_plant,
     of_robot,
 )
+from symgen.names import LINK
 from symgen.symbolic import (
     derivatives,
     dynamics,
@@ -58,6 +60,13 @@ def _rubbing(s: Subject) -> list[tuple[str, int]]:
     return [(name, place - first) for name, place in _linear(s) if place >= first]
 
 
+def _load(s: Subject) -> list[tuple[str, int]]:
+    """Return the parameters of the link that carries a load."""
+    link = placement.load_link(s.robot)
+    places = {p.name: place for place, p in enumerate(s.base.standard)}
+    return [(f"{prefix}L", places[f"{prefix}{link}"]) for prefix in LINK]
+
+
 def _standard(s: Subject, *, inertial: bool) -> list[tuple[str, int]]:
     """Return the standard parameters with a column, or the inertial ones."""
     kept = [p.name for p in s.base.standard if (p.inertial if inertial else not p.load)]
@@ -73,6 +82,7 @@ _SIZES: dict[Any, Size | Columns] = {
     "linear": Columns("p", _linear),
     "inertial": Columns("p_inertial", _inertial),
     "friction": Columns("p - p_inertial", _rubbing),
+    "load": Columns("10", _load),
     "standard": Columns("s", partial(_standard, inertial=False)),
     "inertial_standard": Columns("s_inertial", partial(_standard, inertial=True)),
 }
@@ -113,7 +123,17 @@ def _definitions() -> tuple[KernelDefinition, ...]:
 
 DEFINITIONS = _definitions()
 KERNELS = {d.name: d for d in DEFINITIONS}
-#: Kernels that do not concern standard parameters.
-ALL = tuple(d.name for d in DEFINITIONS if not d.standard)
+#: Kernels that are not only for requests by name, and do not concern standard parameters.
+ALL = tuple(d.name for d in DEFINITIONS if not (d.standard or d.named))
 #: Kernels that identification with the energy model needs.
 ENERGY = ("energy_regressor", "friction_power")
+#: Kernels that follow a load on line.
+PAYLOAD = ("load_momentum", "add_load", "generalized_momentum", "friction_torque")
+#: Names of sets of kernels.
+SETS = {"all": ALL, "payload": PAYLOAD}
+
+
+def expanded(kernels: Iterable[str]) -> tuple[str, ...]:
+    """Return the names of kernels with those of `SETS` in place of the name of a set."""
+    members = (SETS.get(name, (name,)) for name in kernels)
+    return tuple(dict.fromkeys(chain.from_iterable(members)))

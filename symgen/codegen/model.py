@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from symgen.codegen.definition import Subject
 from symgen.codegen.derivations import Derivations
 from symgen.codegen.kernel import Kernel
-from symgen.codegen.kernels import ALL, ENERGY, KERNELS
+from symgen.codegen.kernels import ENERGY, KERNELS, SETS, expanded
 from symgen.errors import ParameterError
 from symgen.robot.effect import require_constants
 from symgen.robot.nominal import nominal
@@ -110,8 +110,8 @@ def derive(
 
     Args:
         robot: the robot, its path, or a library name.
-        kernels: names of the kernels to derive, or "all" (without those of standard parameters);
-            the energy model by default.
+        kernels: names of the kernels to derive, "all" (without those of standard parameters and of
+            loads) and "payload" among them; the energy model by default.
         meter: called with the finished share, from 0 to 1.
 
     Raises:
@@ -121,11 +121,11 @@ def derive(
             a combination of others.
     """
     robot = read_robot(robot)
-    chosen = ALL if kernels == "all" else tuple(kernels)
+    chosen = expanded([kernels] if isinstance(kernels, str) else kernels)
     for name in chosen:
         if name not in KERNELS:
-            known = ", ".join(KERNELS)
-            raise ParameterError(f"kernel {name!r}; accepted: all, or some of {known}")
+            known = ", ".join((*SETS, *KERNELS))
+            raise ParameterError(f"kernel {name!r}; accepted: some of {known}")
     require_constants(robot.sought)
     before = Derivations.of(robot)
     base, at_values = before.have("base", partial(_proved, robot))

@@ -59,7 +59,8 @@ def generate(
         target: "c", "casadi", "mex" (with its C), or "all".
         dtype: "double" or "float", for the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
-            energy_regressor (and with friction_power if the robot has friction).
+            energy_regressor (and with friction_power if the robot has friction), NAME_payload.h
+            with those of the set "payload".
         tex: whether to add the model as a LaTeX document, with the formulas of the kernels.
         prefix: prefix of file and function names; by default the name of the robot. In float, it
             ends in f, so that one program can link both packages.

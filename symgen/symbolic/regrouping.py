@@ -1,4 +1,4 @@
-"""Tapes for base parameters: from standard ones, and with a body added to a link."""
+"""Tapes for base parameters: from standard ones, and with a body or a load added to a link."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia
 from symgen.symbolic.kinematics import builder
-from symgen.symbolic.placement import coordinates, links
+from symgen.symbolic.placement import coordinates, links, load_link
 from symgen.symbolic.spatial import UPPER, symmetric
 from symgen.symbolic.tape import Tape, TapeBuilder, real_symbol
 
@@ -52,6 +52,17 @@ def add_body_tape(robot: Robot, base: BaseParameters) -> Tape:
     outputs = _joined(base, standard, tape, known)
     inputs = [("X", X), ("link", at), ("mass", (mass,)), ("com", c), ("inertia", own)]
     return tape.tape(inputs, outputs)
+
+
+def add_load_tape(robot: Robot, base: BaseParameters) -> Tape:
+    """Derive X of the robot with a load on its link: X plus the regrouped ten parameters of it."""
+    X = tuple(real_symbol(f"X_{p.name}_") for p in base.parameters)
+    load = coordinates("l", len(names.LINK))
+    tape = builder(robot, (*X, *load))
+    link = load_link(robot)
+    standard = {f"{prefix}{link}": x for prefix, x in zip(names.LINK, load, strict=True)}
+    known = dict(zip(base.names, X, strict=True))
+    return tape.tape([("X", X), ("load", load)], _joined(base, standard, tape, known))
 
 
 def _joined(

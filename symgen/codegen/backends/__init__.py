@@ -50,18 +50,23 @@ class Package:
 
     @cached_property
     def runtime(self) -> tuple[str, ...]:
-        """Parts of the C runtime: least squares, and the identifiers for the kernels of the
-        package.
+        """Parts of the C runtime: least squares, the identifiers, and the follower of a load, for
+        the kernels of the package.
         """
         base = self.model.base
         regressor, power = ENERGY
         friction = len(base.parameters) > base.inertial
-        nonlinear = self.model.robot.loaded
-        if nonlinear or not self.has(regressor, *([power] if friction else [])):
+        torque = ["friction_torque"] if friction else []
+        parts: list[str] = []
+        if self.model.robot.loaded:  # its friction has no columns
             return ()
-        if not self.has("momentum_regressor", *(["friction_torque"] if friction else [])):
-            return ("least_squares", "identifier")
-        return ("least_squares", "identifier", "identifier_momentum")
+        if self.has(regressor, *([power] if friction else [])):
+            parts += ["least_squares", "identifier"]
+            if self.has("momentum_regressor", *torque):
+                parts.append("identifier_momentum")
+        if self.has("load_momentum", "add_load", "generalized_momentum", *torque):
+            parts.append("payload")
+        return tuple(parts)
 
     def render(self, template: str, **data: Any) -> str:
         """Render a template with the names and sizes of the package and further data."""
