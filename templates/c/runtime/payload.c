@@ -30,8 +30,11 @@
 #define LEAST_OF_ALL 1e-6
 /* Equations contradict each other where their errors are so many times as large as usual. */
 #define FAR 3
+/* The correlation of the errors of neighbouring windows lies between these. */
+#define OVERLAP 0.25
+#define LARGEST_CORRELATION 0.9
 /* The torque of the load is known where its standard deviation is this share of what is expected. */
-#define KNOWN (1.0 / 15.0)
+#define KNOWN (1.0 / 30.0)
 /* Positions in which that is asked, and gravity there where it is an input, m/s2. */
 #define POSITIONS 64
 #define WEIGHT 9.81
@@ -184,6 +187,12 @@ static void take(NAME_payload *s, NAME_payload_joint *x, NAME_real *row, NAME_re
     if (leverage < 1) {
         learn_error(x, ratio);
     }
+    if (ratio < GATE) {
+        const NAME_real signed_ratio = innovation < 0 ? -ratio : ratio;
+        s->products += (signed_ratio * x->last - s->products) * (NAME_real)LEAST_GAIN / NAME_JOINTS;
+        s->squares += (ratio * ratio - s->squares) * (NAME_real)LEAST_GAIN / NAME_JOINTS;
+        x->last = signed_ratio;
+    }
     x->far = learned && ratio > GATE ? x->far + 1 : 0;
     if (x->far > 0 && x->far < MANY) {
         return;
@@ -237,6 +246,18 @@ static NAME_real variance(const NAME_payload *s)
     return found > 1 ? found : 1;
 }
 
+/* By how much the correlation r of errors of neighbouring windows enlarges the variance of what is
+ * learned: (1 + r) / (1 - r), as if r^k were that over k windows. Windows that share half of their
+ * samples have 1 / 4. */
+static NAME_real repeated(const NAME_payload *s)
+{
+    const NAME_real found = s->squares > 0 ? s->products / s->squares : 0;
+    const NAME_real least = (NAME_real)OVERLAP;
+    const NAME_real most = (NAME_real)LARGEST_CORRELATION;
+    const NAME_real r = found > least ? found : least;
+    return r < most ? (1 + r) / (1 - r) : (1 + most) / (1 - most);
+}
+
 /* End half a window: the change of its mean is an equation of each joint. */
 static void close_half(NAME_payload *s)
 {
@@ -276,7 +297,7 @@ static void close_half(NAME_payload *s)
     if (s->changing != 0) {
         NAME_real inverse[NAME_PAYLOAD_TRIANGLE];
         invert(s->all.R, inverse);
-        s->changing = !known(s, inverse, variance(s));
+        s->changing = !known(s, inverse, variance(s) * repeated(s));
     }
 }
 
@@ -476,8 +497,8 @@ int NAME_payload_read(const void *state, NAME_real *load, NAME_real *std)
 {
     const NAME_payload *s = (const NAME_payload *)state;
     NAME_real inverse[NAME_PAYLOAD_TRIANGLE];
-    const NAME_real factor = variance(s);
-    int contradicted = factor > FAR * FAR;
+    const NAME_real factor = variance(s) * repeated(s);
+    int contradicted = variance(s) > FAR * FAR;
     invert(s->all.R, inverse);
     for (int i = 0; i < TEN; i++) {
         NAME_real square = 0;

@@ -75,6 +75,7 @@ typedef struct NAME_payload_joint {
     int still;           /* nonzero: at rest */
     NAME_real impulse;   /* of the size of the torque, in this half of a window */
     NAME_real error;     /* standard deviation of its equations; 0: not yet known */
+    NAME_real last;      /* error of the last one, in these */
     int equations;       /* that it was estimated from, up to some */
     int far;             /* windows in a row that contradict the load */
     int rested[2];       /* nonzero: in this half of a window, in the half before */
@@ -97,6 +98,8 @@ typedef struct NAME_payload {
     NAME_real torques[NAME_PAYLOAD_TRIANGLE]; /* what a load does, over many positions and speeds */
     NAME_real memory;   /* s */
     NAME_real age;      /* of the newest bank, s */
+    NAME_real products; /* mean of the products of a joint's errors in neighbouring windows */
+    NAME_real squares;  /* mean of the squares of errors */
     int newest;
     int changing;       /* nonzero: the load has changed and is not yet known */
     /* q, qd, tau of the samples around the next one to be taken, cyclic; the steps to them. */
