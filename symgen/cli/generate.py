@@ -31,7 +31,10 @@ _DERIVING = 0.6
     type=click.Choice(DTYPES),
     help="Precision of the C code.",
 )
-@click.option("--kernels", help="Kernels to write, comma-separated; default all. With payload: load on line.")
+@click.option(
+    "--kernels",
+    help="Kernels to write, comma-separated; default all. all,payload adds what follows a load.",
+)
 @click.option(
     "--prefix",
     help="Prefix of file and function names; default the robot's name (float: with an f).",
@@ -89,7 +92,7 @@ def generate(
         return folder
 
     def derived() -> tuple[Any, ...]:
-        from symgen.codegen.kernels import KERNELS, SETS, expanded
+        from symgen.codegen.kernels import KERNELS, expanded
         from symgen.codegen.package import summary
 
         robot = source or symgen.parse_robot(content, str(path))
@@ -97,16 +100,15 @@ def generate(
         asked = split_list(kernels) or ("all",)
         about = [name for name, d in KERNELS.items() if standard and d.standard]
         chosen = expanded([*asked, *about])
-        sets = expanded(name for name in asked if name in SETS)
-        optional = {*sets, *(about if "all" in asked else ())}
         with meter("deriving") as advance:
             model = symgen.derive(
                 replace(robot, exact=exact or robot.exact),
                 chosen,
                 meter=lambda part: advance(_DERIVING * part),
             )
-            # A set means those of its kernels that the robot has.
-            named = tuple(k for k in chosen if k not in optional or model.kernel(k) is not None)
+            # A set means those of its kernels that the robot has, but a load needs its momentum.
+            required = {*asked, "load_momentum"}
+            named = tuple(k for k in chosen if k in required or model.kernel(k) is not None)
             values = None
             if parameters is not None:
                 from symgen.identification.parameters import read_values

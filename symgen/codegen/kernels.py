@@ -11,7 +11,6 @@ import tomllib
 from collections.abc import Iterable, Sequence
 from functools import partial
 from importlib import resources
-from itertools import chain
 from typing import Any
 
 from symgen.codegen.definition import (
@@ -63,8 +62,8 @@ def _rubbing(s: Subject) -> list[tuple[str, int]]:
 def _load(s: Subject) -> list[tuple[str, int]]:
     """Return the parameters of the link that carries a load."""
     link = placement.load_link(s.robot)
-    places = {p.name: place for place, p in enumerate(s.base.standard)}
-    return [(f"{prefix}L", places[f"{prefix}{link}"]) for prefix in LINK]
+    names = [p.name for p in s.base.standard]
+    return [(f"{prefix}L", names.index(f"{prefix}{link}")) for prefix in LINK]
 
 
 def _standard(s: Subject, *, inertial: bool) -> list[tuple[str, int]]:
@@ -135,5 +134,4 @@ SETS = {"all": ALL, "payload": PAYLOAD}
 
 def expanded(kernels: Iterable[str]) -> tuple[str, ...]:
     """Return the names of kernels with those of `SETS` in place of the name of a set."""
-    members = (SETS.get(name, (name,)) for name in kernels)
-    return tuple(dict.fromkeys(chain.from_iterable(members)))
+    return tuple(dict.fromkeys(k for name in kernels for k in SETS.get(name, (name,))))

@@ -367,3 +367,25 @@ class KernelMethods:
         (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: out (n, s).
         """
+
+    def load_momentum(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        *base: ArrayLike,
+        **named: ArrayLike,
+    ) -> tuple[FloatArray, ...]:
+        """Columns of p = dT/dqd and of dL/dq of a load on the link of [payload], or on the last
+        link.
+
+        Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
+        Outputs: p_out (n, 10), dl_out (n, 10).
+        """
+
+    def add_load(self, X: ArrayLike, load: ArrayLike) -> FloatArray:
+        """X with this load: its XX XY XZ YY YZ ZZ MX MY MZ M in the frame of that link, about its
+        origin.
+
+        Inputs: X (p,), load (10,).
+        Outputs: loaded (p,).
+        """

@@ -32,10 +32,10 @@ def add_body_tape(robot: Robot, base: BaseParameters) -> Tape:
 
     are added to the standard parameters of the link. Negative mass and inertia remove a body.
     """
-    X = tuple(real_symbol(f"X_{p.name}_") for p in base.parameters)
+    X = _symbols(base)
     at, mass = links(robot), real_symbol("X_mass")
     c, own = coordinates("c"), coordinates("i", 6)
-    tape = builder(robot, (*X, *at, mass, *c, *own))
+    tape = builder(robot, (*X.values(), *at, mass, *c, *own))
     moment = [tape.entry(mass * c[i], "m", "", i) for i in range(3)]
     squares = [tape.entry(moment[i] * c[i], "s", "", i) for i in range(3)]
     J = {}
@@ -48,21 +48,30 @@ def add_body_tape(robot: Robot, base: BaseParameters) -> Tape:
         for joint, symbol in zip(robot.joints, at, strict=True)
         for prefix, value in body.items()
     }
-    known = dict(zip((p.name for p in base.parameters), X, strict=True))
-    outputs = _joined(base, standard, tape, known)
-    inputs = [("X", X), ("link", at), ("mass", (mass,)), ("com", c), ("inertia", own)]
+    outputs = _joined(base, standard, tape, X)
+    inputs = [
+        ("X", tuple(X.values())),
+        ("link", at),
+        ("mass", (mass,)),
+        ("com", c),
+        ("inertia", own),
+    ]
     return tape.tape(inputs, outputs)
 
 
 def add_load_tape(robot: Robot, base: BaseParameters) -> Tape:
     """Derive X of the robot with a load on its link: X plus the regrouped ten parameters of it."""
-    X = tuple(real_symbol(f"X_{p.name}_") for p in base.parameters)
+    X, link = _symbols(base), load_link(robot)
     load = coordinates("l", len(names.LINK))
-    tape = builder(robot, (*X, *load))
-    link = load_link(robot)
+    tape = builder(robot, (*X.values(), *load))
     standard = {f"{prefix}{link}": x for prefix, x in zip(names.LINK, load, strict=True)}
-    known = dict(zip(base.names, X, strict=True))
-    return tape.tape([("X", X), ("load", load)], _joined(base, standard, tape, known))
+    outputs = _joined(base, standard, tape, X)
+    return tape.tape([("X", tuple(X.values())), ("load", load)], outputs)
+
+
+def _symbols(base: BaseParameters) -> dict[str, sp.Symbol]:
+    """Return the symbol of each base parameter as an input."""
+    return {name: real_symbol(f"X_{name}_") for name in base.names}
 
 
 def _joined(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterator
+from copy import copy
 from dataclasses import replace
 from functools import cache, partial
 
@@ -11,7 +12,13 @@ import numpy as np
 import pytest
 from oracles.following import following_arm
 from oracles.random_arms import random_arm, random_parameters
-from oracles.transforms import jacobians, parameter_vector, world_transforms
+from oracles.transforms import (
+    FIXED,
+    LINK_PARAMETERS,
+    jacobians,
+    parameter_vector,
+    world_transforms,
+)
 from support import parsed, robot_of
 
 import symgen
@@ -27,6 +34,18 @@ from oracles.pinocchio_arm import PinocchioArm
 
 FUNCTIONS = {"sin": np.sin, "cos": np.cos, "abs": np.abs, "sign": np.sign, "tanh": np.tanh}
 POINT = np.array([0.3, -0.2, 0.5])
+MASS, INERTIA = 1.5, np.array([0.3, 0.01, 0.02, 0.4, 0.03, 0.5])
+#: A body with this mass, its centre at POINT, and this inertia about that, as parameters of a link.
+BODY = np.array(
+    [
+        *(
+            INERTIA
+            + MASS * (POINT @ POINT * np.eye(3) - np.outer(POINT, POINT))[np.triu_indices(3)]
+        ),
+        *(MASS * POINT),
+        MASS,
+    ]
+)
 #: Chains and trees of turning, sliding and fixed joints; joints that follow others; gravity as an
 #: input; forward dynamics by articulated bodies, as robots with many joints have it.
 KINDS = ("chain 3", "tree 4", "follows 100", "input 2", "many 5")
@@ -70,12 +89,15 @@ class Case:
         self.q, self.qd, self.qdd, self.b = draw.uniform(-1, 1, (4, robot.n))
         self.rest = draw.uniform(0.1, 1, 99)
         self.X, self.standard = self.parameters(self.links)
-        own = np.array([self.flags[j - 1] for j in self.arm.movable])
-        self.tree = PinocchioArm(self.arm, self.links, self.rotors * own)
+        self.tree = self.witness(self.links)
         value = dict(zip((p.name for p in self.model.base.standard), self.standard, strict=True))
         self.FS, self.FV = (
             np.array([value[f"{p}{j.number}"] for j in robot.movable]) for p in ("FS", "FV")
         )
+
+    def witness(self, links: np.ndarray) -> PinocchioArm:
+        own = np.array([self.flags[j - 1] for j in self.arm.movable])
+        return PinocchioArm(self.arm, links, self.rotors * own)
 
     def parameters(self, links: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Base and standard parameters of the arm with these links."""
@@ -114,8 +136,8 @@ class Case:
         tau = self.rigid(self.q, self.qd, self.qdd) + self.FS * np.sign(self.qd) + self.FV * self.qd
         given = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": tau, "b": self.b, "X": self.X}
         given |= {"qdr": self.b, "qddr": self.qdd[::-1], "standard": self.standard, "point": POINT}
-        given |= {"link": 1, "mass": 1.5, "com": POINT, "g": np.array(self.arm.gravity, float)}
-        return given | {"inertia": np.array([0.3, 0.01, 0.02, 0.4, 0.03, 0.5])}
+        given |= {"link": 1, "mass": MASS, "com": POINT, "g": np.array(self.arm.gravity, float)}
+        return given | {"inertia": INERTIA, "load": BODY}
 
     def expected(self) -> dict[str, tuple[np.ndarray, ...]]:
         """What a kernel gives; where it gives columns, what they are times their parameters."""
@@ -165,21 +187,35 @@ class Case:
             "link_jacobian": (self.link_jacobian(q, 1),),
             "link_drift": ((ends[0] - ends[1]) / (2 * step),),
             "base_parameters": (self.X,),
-            "add_body": (self.loaded(),),
+            "add_body": (self.parameters(self.loaded(1))[0],),
+            "add_load": (self.parameters(self.loaded(self.last()))[0],),
+            "load_momentum": self.of_load(),
             "standard_energy_regressor": (T, U),
             "standard_torque_regressor": (tau,),
         }
 
-    def loaded(self) -> np.ndarray:
-        """X with the body of `given` on link 1."""
-        given = self.given()
-        mass, com = given["mass"], given["com"]
-        whole = np.zeros((3, 3))
-        whole[np.triu_indices(3)] = given["inertia"]
-        whole += mass * (com @ com * np.eye(3) - np.outer(com, com))
+    def loaded(self, link: int) -> np.ndarray:
+        """Links, one of them with BODY."""
         links = self.links.copy()
-        links[0] += [*whole[np.triu_indices(3)], *(mass * com), mass]
-        return self.parameters(links)[0]
+        links[link - 1] += BODY
+        return links
+
+    def last(self) -> int:
+        """Number of the last link that a joint moves."""
+        moved = {0: False}
+        for j, (before, sigma) in enumerate(zip(self.arm.ant, self.arm.sigma, strict=True), 1):
+            moved[j] = moved[before] or sigma != FIXED
+        return max(j for j, moves in moved.items() if moves)
+
+    def of_load(self) -> tuple[np.ndarray, np.ndarray]:
+        """What BODY on the last link adds to dT/dqd and to dL/dq."""
+        heavy = copy(self)
+        heavy.tree = self.witness(self.loaded(self.last()))
+        with_load, without = (
+            (x.mass(x.q) @ x.qd, x.christoffel().T @ x.qd - x.rigid(x.q, 0 * x.q, 0 * x.q))
+            for x in (heavy, self)
+        )
+        return with_load[0] - without[0], with_load[1] - without[1]
 
     def reduced(self, kernel: Kernel, outputs: list[np.ndarray]) -> Iterator[np.ndarray]:
         """Yield outputs, columns times their parameters, and the product of the factors of M."""
@@ -192,6 +228,8 @@ class Case:
         value |= dict(zip((p.name for p in base.standard), self.standard, strict=True))
         if not kernel.name.startswith("standard"):
             value |= dict(zip(base.names, self.X, strict=True))
+        if kernel.name == "load_momentum":
+            value |= {f"{prefix}L": x for prefix, x in zip(LINK_PARAMETERS, BODY, strict=True)}
         for array, output in zip(outputs, kernel.outputs, strict=True):
             yield array @ [value[name] for name in output.columns] if output.columns else array
 
