@@ -89,6 +89,7 @@ _SIZES: dict[Any, Size | Columns] = {
 _NEEDS = {
     "friction": (lambda s: bool(_rubbing(s)), "no friction and no effects"),
     "effects": (lambda s: bool(s.robot.effects), "no effects"),
+    "columns": (lambda s: not s.robot.loaded, "friction that depends on the load of its joint"),
 }
 
 

@@ -1,4 +1,4 @@
-"""The identifier on line: microseconds of a step and of reading X, bytes of state, and its errors.
+"""The identifiers and the follower of a load on line: microseconds, bytes of state, and errors.
 
     python tests/benchmarks/bench_identifier.py [--beside FOLDER] [--robot panda] [--into file.json]
 
@@ -6,7 +6,7 @@ FOLDER is another checkout of symgen, such as a worktree of an older commit: its
 and run beside this one's, in turns. A step's time is the smallest of all repeats of the same step,
 so that what interrupts a program is left out; the worst is the largest of these over the log. Then
 each identifies logs that differ in the noise alone: the spread of every parameter, and how far the
-means of the two are apart.
+means of the two are apart. NAME_payload.h is timed alone.
 """
 
 from __future__ import annotations
@@ -33,7 +33,19 @@ from symgen.runtime.flags import kernel_flags
 RATE, WINDOW, SAMPLES, REPEATS = 1000.0, 100, 6000, 9
 DRIVER = r"""
 #define _POSIX_C_SOURCE 199309L
+#ifdef LOAD
+#include "NAME_payload.h"
+#define SIZE NAME_payload_size()
+#define BEGIN NAME_payload_init(state, bytes, 3, 0.3, 1)
+#define STEP NAME_payload_step(state, x, x + N, x + 2 * N, DT, given)
+#define READ (NAME_payload_read(state, X, std), 0)
+#else
 #include "NAME_identifierHEADER.h"
+#define SIZE NAME_identifierMODEL_size(WINDOW)
+#define BEGIN NAME_identifierMODEL_init(state, bytes, WINDOW, NAME_WINDOW_SLIDING, 1)
+#define STEP NAME_identifier_step(state, x, x + N, x + 2 * N, DT)
+#define READ NAME_identifier_read(state, X, std)
+#endif
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
@@ -44,29 +56,31 @@ static double now(void)
     clock_gettime(CLOCK_MONOTONIC, &t);
     return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
 }
-/* samples, repeats, file of [q qd tau] rows -> bytes, us of each step, us of reads, X */
+/* samples, repeats, file of X and of [q qd tau] rows -> bytes, us of each step, us of reads, X */
 int main(int argc, char **argv)
 {
     const long count = atol(argv[1]), repeats = atol(argv[2]);
-    const size_t bytes = NAME_identifierMODEL_size(WINDOW);
+    const size_t bytes = SIZE;
     void *state = malloc(bytes);
     double *log = malloc((size_t)count * 3 * N * sizeof(double));
     double *least = malloc((size_t)count * sizeof(double));
-    double X[NAME_PARAMETERS] = {0}, std[NAME_PARAMETERS], whole = 1e9;
+    double given[NAME_PARAMETERS], X[NAME_PARAMETERS] = {0}, std[NAME_PARAMETERS];
+    double whole = 1e9;
     FILE *file = fopen(argv[3], "rb");
-    if (!file || fread(log, 24 * N, (size_t)count, file) != (size_t)count)
+    if (!file || fread(given, sizeof(double), NAME_PARAMETERS, file) != NAME_PARAMETERS ||
+        fread(log, 24 * N, (size_t)count, file) != (size_t)count)
         return 1;
     for (long r = 0; r < repeats; r++) {
-        if (NAME_identifierMODEL_init(state, bytes, WINDOW, NAME_WINDOW_SLIDING, 1)) return 2;
+        if (BEGIN) return 2;
         for (long k = 0; k < count; k++) {
             const double *x = log + 3 * N * k;
             const double begun = now();
-            if (NAME_identifier_step(state, x, x + N, x + 2 * N, DT)) return 3;
+            if (STEP) return 3;
             const double took = now() - begun;
             least[k] = r == 0 || took < least[k] ? took : least[k];
         }
         const double begun = now();
-        const int missing = NAME_identifier_read(state, X, std);
+        const int missing = READ;
         const double took = now() - begun;
         whole = took < whole ? took : whole;
         if (missing) return 4;
@@ -101,8 +115,8 @@ int main(int argc, char **argv)
 }
 """
 KERNELS = ("energy_regressor", "friction_power", "momentum_regressor", "friction_torque")
-WRITE = f"""import sys, symgen
-model = symgen.derive(sys.argv[1], {KERNELS})
+WRITE = """import sys, symgen
+model = symgen.derive(sys.argv[1], sys.argv[3].split(","))
 symgen.write_package(symgen.generate(model, target="c"), sys.argv[2])
 """
 
@@ -114,7 +128,7 @@ def truth(model: Any) -> np.ndarray:
 
 
 def motion(model: Any, X: np.ndarray, seed: int | None) -> np.ndarray:
-    """Return rows [q qd tau]; noise of an encoder, a tachometer and 1 % of torque, or none."""
+    """Return X, then rows [q qd tau]: noise of encoder and tachometer, 1 % of torque, or none."""
     n, t = model.robot.n, np.arange(SAMPLES)[:, None, None] / RATE
     rng = np.random.default_rng(1)
     w, a = 2 * np.pi * rng.uniform(0.2, 1.5, (6, n)), rng.uniform(0.1, 0.3, (6, n))
@@ -127,13 +141,14 @@ def motion(model: Any, X: np.ndarray, seed: int | None) -> np.ndarray:
         q = q + 2e-5 * rng.normal(size=q.shape)
         qd = qd + 2e-3 * rng.normal(size=qd.shape)
         tau = tau + 0.01 * np.sqrt(np.mean(tau**2, axis=0)) * rng.normal(size=tau.shape)
-    return np.ascontiguousarray(np.hstack([q, qd, tau]))
+    return np.concatenate([X, np.hstack([q, qd, tau]).ravel()])
 
 
 def built(checkout: Path, robot: str, model: str, folder: Path) -> Path:
     """Write the package that a checkout generates, and compile the driver with it."""
     environment = {**os.environ, "PYTHONPATH": str(checkout)}
-    command = [sys.executable, "-c", WRITE, robot, str(folder)]
+    kernels = "payload" if model == "payload" else ",".join(KERNELS)
+    command = [sys.executable, "-c", WRITE, robot, str(folder), kernels]
     subprocess.run(command, env=environment, cwd=checkout, check=True)
     of_model = "" if model == "energy" else f"_{model}"
     text = DRIVER.replace("HEADER", of_model).replace("MODEL", of_model).replace("NAME", robot)
@@ -141,7 +156,9 @@ def built(checkout: Path, robot: str, model: str, folder: Path) -> Path:
     compiler = find_compiler()
     assert compiler is not None
     defined = [f"-DWINDOW={WINDOW}", f"-DDT={1 / RATE}"]
-    if "_solution;" in (folder / f"{robot}_least_squares.h").read_text():
+    if model == "payload":
+        defined.append("-DLOAD")
+    elif "_solution;" in (folder / f"{robot}_least_squares.h").read_text():
         defined.append("-DPIECES=4")
     sources = list(folder.glob("*.c"))
     flags = [*kernel_flags(compiler), *defined]
@@ -218,6 +235,14 @@ def main() -> None:
                     "spread_ratio": float(np.median(ratio)),
                     "means_apart_in_spreads": [float(np.median(apart)), float(apart.max())],
                 }
+        follower = built(checkouts["this"], asked.robot, "payload", folder / "payload")
+        row = run(follower, clean, REPEATS)
+        del row["X"]
+        figures["payload, this"] = row
+        table.add_row(
+            "payload", "this", f"{row['bytes']:,}", f"{row['median_us']:.2f}",
+            f"{row['worst_us']:.2f}", f"{row['read_us']:.1f}",
+        )  # fmt: skip
     Console(width=170).print(table)
     print({k: v for k, v in figures.items() if k.endswith("both")})
     asked.into.write_text(json.dumps(figures, indent=1) + "\n")

@@ -261,3 +261,20 @@ def test_a_package_has_it_only_by_name(tmp_path) -> None:
     assert everything <= with_load
     done = CliRunner().invoke(cli, ["generate", "planar2r", "--kernels", "pay"])
     assert "accepted: some of all, payload" in str(done.exception)
+
+
+@pytest.mark.parametrize(
+    ("key", "table", "reason"),
+    [
+        ('base = "imu"', "", "a base at rest"),
+        ("", '[[effect]]\nname = "load_dependent_friction"\njoints = [1]', "depends on the load"),
+    ],
+)
+def test_where_no_load_can_be_followed_the_command_says_why(
+    command, tmp_path, key, table, reason
+) -> None:
+    file = tmp_path / "arm.toml"
+    file.write_text(f'[robot]\nname = "arm"\n{key}\n[[joint]]\n[[joint]]\nd = 0.4\n{table}\n')
+    code, _, err = command("generate", file, "--kernels", "payload", "--into", tmp_path / "arm")
+    assert code == 2
+    assert reason in err
