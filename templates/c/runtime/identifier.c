@@ -52,6 +52,8 @@
 /* A challenger leads by so many times the root of the sum of the squares of its scores. */
 #define LEAD 8
 
+{% set part = "identifier" %}
+{% set PART = "IDENTIFIER" %}
 {% include "runtime/sample_limits.c" %}
 
 /* The arrays behind the head, of `width` values each: [value or rate] of the inertial columns of
@@ -668,8 +670,6 @@ static void mark(NAME_identifier *s, int joint)
     }
 }
 
-{% set part = "identifier" %}
-{% set PART = "IDENTIFIER" %}
 {% include "runtime/samples.c" %}
 
 /* Look at the oldest sample, whose weights are known in all intervals that it has a part in: from

@@ -35,11 +35,15 @@
 #define LARGEST_CORRELATION 0.9
 /* The torque of the load is known where its standard deviation is this share of what is expected. */
 #define KNOWN (1.0 / 30.0)
-/* Positions in which that is asked, and gravity there where it is an input, m/s2. */
+/* Positions in which that is asked{{ ", and gravity there, m/s2" if gravity_input }}. */
 #define POSITIONS 64
+{% if gravity_input %}
 #define WEIGHT 9.81
+{% endif %}
 #define TURN 6.283185307179586
 
+{% set part = "payload" %}
+{% set PART = "PAYLOAD" %}
 {% include "runtime/sample_limits.c" %}
 
 /* The offset of state is the alignment it needs. */
@@ -76,11 +80,10 @@ static void rebase(NAME_payload *s)
     for (int j = 0; j < NAME_JOINTS; j++) {
         s->joint[j].impulse = 0;
         s->joint[j].rested[0] = 0;
+        s->joint[j].far = 0;
     }
 }
 
-{% set part = "payload" %}
-{% set PART = "PAYLOAD" %}
 {% include "runtime/samples.c" %}
 
 
@@ -130,14 +133,18 @@ static void collect(NAME_payload *s)
 static void pass(NAME_payload *s, NAME_real dt)
 {
     const NAME_real length = s->memory / NAME_PAYLOAD_BANKS;
+    int ended = 0;
     s->age += dt;
     for (int b = 0; b < NAME_PAYLOAD_BANKS && s->age >= length; b++) {
         s->newest = (s->newest + 1) % NAME_PAYLOAD_BANKS;
         memset(s->bank + s->newest, 0, sizeof s->bank[0]);
         s->age -= length;
+        ended = 1;
+    }
+    s->age = s->age < length ? s->age : 0; /* a gap longer than the memory */
+    if (ended) {
         collect(s);
     }
-    s->age = s->age < length ? s->age : 0;
 }
 
 /* Leverage of a row, and the error of its prediction. */
@@ -170,7 +177,8 @@ static void learn_error(NAME_payload_joint *x, NAME_real ratio)
 }
 
 /* Take the equation of a joint. */
-static void take(NAME_payload *s, NAME_payload_joint *x, NAME_real *row, NAME_real y, NAME_real least)
+static void take(NAME_payload *s, NAME_payload_joint *x, NAME_real *row, NAME_real y,
+                 NAME_real least)
 {
     NAME_payload_equations *bank = s->bank + s->newest;
     NAME_real innovation = 0;
@@ -179,19 +187,20 @@ static void take(NAME_payload *s, NAME_payload_joint *x, NAME_real *row, NAME_re
     for (int i = 0; i < TEN; i++) {
         row[i] /= x->error;
     }
-    const NAME_real leverage = foresee(&s->all, row, y / x->error, &innovation);
+    const NAME_real scaled = y / x->error;
+    const NAME_real leverage = foresee(&s->all, row, scaled, &innovation);
     const NAME_real size = innovation < 0 ? -innovation : innovation;
     const NAME_real ratio = size / {{ sqrt }}(1 + leverage);
     const int learned = (NAME_real)LEAST_GAIN * (NAME_real)(x->equations + 1) >= 1;
-    const NAME_real scaled = y / x->error;
     if (leverage < 1) {
         learn_error(x, ratio);
     }
     if (ratio < GATE) {
-        const NAME_real signed_ratio = innovation < 0 ? -ratio : ratio;
-        s->products += (signed_ratio * x->last - s->products) * (NAME_real)LEAST_GAIN / NAME_JOINTS;
-        s->squares += (ratio * ratio - s->squares) * (NAME_real)LEAST_GAIN / NAME_JOINTS;
-        x->last = signed_ratio;
+        const NAME_real gain = (NAME_real)LEAST_GAIN / NAME_JOINTS;
+        const NAME_real error = innovation < 0 ? -ratio : ratio;
+        s->products += gain * (error * x->last - s->products);
+        s->squares += gain * (error * error - s->squares);
+        x->last = error;
     }
     x->far = learned && ratio > GATE ? x->far + 1 : 0;
     if (x->far > 0 && x->far < MANY) {
@@ -280,6 +289,8 @@ static void close_half(NAME_payload *s)
         }
         if (s->halves != 0 && least > 0 && x->rested[0] == 0 && x->rested[1] == 0) {
             take(s, x, row, y, least);
+        } else {
+            x->far = 0;
         }
         x->rested[1] = x->rested[0];
         x->rested[0] = x->still;
@@ -292,6 +303,7 @@ static void close_half(NAME_payload *s)
     memset(s->integral, 0, sizeof s->integral);
     s->count = 0;
     s->elapsed = 0;
+    s->fresh = s->fresh != 0 || s->halves != 0;
     s->halves = 1;
     collect(s);
     if (s->changing != 0) {
@@ -360,6 +372,7 @@ static void take_sample(NAME_payload *s, const NAME_real *X)
     pass(s, dt);
     find_rest(s, x, x + NAME_JOINTS, dt);
     if (s->resting != 0) {
+        s->fresh = 0;
         return;
     }
     for (int j = 0; j < NAME_JOINTS; j++) {
@@ -430,7 +443,8 @@ size_t NAME_payload_size(void)
     return sizeof(NAME_payload);
 }
 
-int NAME_payload_init(void *state, size_t bytes, NAME_real mass, NAME_real reach, NAME_real memory)
+int NAME_payload_init(void *state, size_t bytes, NAME_real mass, NAME_real reach,
+                      NAME_real memory)
 {
     NAME_payload *s = (NAME_payload *)state;
     const size_t alignment = offsetof(struct NAME_payload_alignment, state);
@@ -467,8 +481,8 @@ int NAME_payload_step(void *state, const NAME_real *q, const NAME_real *qd, cons
         return NAME_NOT_FINITE;
     }
     s->skipped = 0;
-    const NAME_real last = s->step_to[(s->arriving + NAME_PAYLOAD_AROUND - 1) % NAME_PAYLOAD_AROUND];
-    int broken = s->arrived > 1 && step > LONGER * last && step > (NAME_real)NAME_REST_TIME;
+    const int latest = (s->arriving + NAME_PAYLOAD_AROUND - 1) % NAME_PAYLOAD_AROUND;
+    int broken = s->arrived > 1 && step > LONGER * s->step_to[latest] && step > (NAME_real)NAME_REST_TIME;
 {% if gravity_input %}
     for (int i = 0; i < 3; i++) {
         broken = broken || s->g[i] < g[i] || s->g[i] > g[i];
@@ -516,9 +530,10 @@ int NAME_payload_read(const void *state, NAME_real *load, NAME_real *std)
     if (contradicted) {
         return NAME_CHANGING;
     }
-    return s->resting == 0 && known(s, inverse, factor) ? NAME_OK
-           : s->changing != 0                            ? NAME_CHANGING
-                                                         : NAME_NOT_EXCITED;
+    if (s->changing != 0) {
+        return NAME_CHANGING;
+    }
+    return s->fresh != 0 && known(s, inverse, factor) ? NAME_OK : NAME_NOT_EXCITED;
 }
 
 int NAME_payload_rest(void *state, const NAME_real *noise)

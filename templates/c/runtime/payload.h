@@ -131,6 +131,7 @@ typedef struct NAME_payload {
     NAME_real elapsed;  /* time in this half, s */
     NAME_real count;    /* samples in it */
     int halves;         /* nonzero: there is a half before */
+    int fresh;          /* nonzero: a window has ended since all joints rested */
 {% if gravity_input %}
     NAME_real g[3];     /* gravity at the latest sample */
 {% endif %}
@@ -148,7 +149,8 @@ size_t NAME_payload_size(void);
  * Returns 0; nonzero (and the memory untouched) when a number is not positive, or the memory too
  * small or badly aligned.
  */
-int NAME_payload_init(void *state, size_t bytes, NAME_real mass, NAME_real reach, NAME_real memory);
+int NAME_payload_init(void *state, size_t bytes, NAME_real mass, NAME_real reach,
+                      NAME_real memory);
 
 /* Take the next sample: q, qd, tau of NAME_JOINTS values each, in rad or m, per s, N m or N; dt > 0
  * in s, the time since the last call (ignored for the first); X: of the arm without the load.
@@ -164,10 +166,10 @@ int NAME_payload_step(void *state, const NAME_real *q, const NAME_real *qd, cons
 /* The load and its standard deviations, 10 values each. They are always written. Returns NAME_OK, or
  * why they are not to be used: keep the load that was read before.
  *
- * NAME_NOT_EXCITED: all joints rest, or the memory says too little of the load: over all positions,
- * three standard deviations of its torque are more than {{ "a fifth" }} of that of the load that init
- * expects. A parameter that the motion does not excite keeps a large std; if its torque is small,
- * that is no reason.
+ * NAME_NOT_EXCITED: all joints rest, or have moved for less than a window, or the memory says too
+ * little of the load: over all positions, three standard deviations of its torque are more than a
+ * tenth of that of the load that init expects. A parameter that the motion does not excite keeps a
+ * large std; if its torque is small, that is no reason.
  * NAME_CHANGING: the latest equations contradict each other or the load, which has changed; or the
  * arm touches something.
  */
