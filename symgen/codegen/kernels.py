@@ -61,9 +61,8 @@ def _rubbing(s: Subject) -> list[tuple[str, int]]:
 
 def _load(s: Subject) -> list[tuple[str, int]]:
     """Return the parameters of the link that carries a load."""
-    link = placement.load_link(s.robot)
     names = [p.name for p in s.base.standard]
-    return [(f"{prefix}L", names.index(f"{prefix}{link}")) for prefix in LINK]
+    return [(f"{prefix}L", names.index(f"{prefix}{s.robot.load_link}")) for prefix in LINK]
 
 
 def _standard(s: Subject, *, inertial: bool) -> list[tuple[str, int]]:

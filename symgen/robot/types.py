@@ -232,6 +232,11 @@ class Robot:
         """Labels of the movable joints in results, by number."""
         return {j.number: names.joint_label(j.number, j.name) for j in self.movable}
 
+    @property
+    def load_link(self) -> int:
+        """Number of the link that carries a load: that of [payload], or the last moving link."""
+        return self.payload or self.movable[-1].number
+
     def frame(self, name: str) -> Frame:
         """Return the frame with this name.
 

@@ -376,7 +376,7 @@ class KernelMethods:
         **named: ArrayLike,
     ) -> tuple[FloatArray, ...]:
         """Columns of p = dT/dqd and of dL/dq of a load on the link of [payload], or on the last
-        link.
+        moving link.
 
         Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
         Outputs: p_out (n, 10), dl_out (n, 10).

@@ -83,7 +83,9 @@ def jacobian_tape(robot: Robot) -> Tape:
     """
     tape = builder(robot)
     placed, _ = link_places(robot, tape)
-    way = _last_path(robot)
+    moving = {j.number for j in robot.moving}
+    paths = (path(robot, joint.number) for joint in reversed(robot.joints))
+    way = next(numbers for numbers in paths if moving.intersection(numbers))
     tip = placed[way[0]][3]
     columns = {
         joint.number: _column(joint, placed, tip, placed[joint.number][2], "a", tape)
@@ -91,18 +93,6 @@ def jacobian_tape(robot: Robot) -> Tape:
         if joint.number in way
     }
     return tape.tape(arrays(robot, "q"), _rows(robot, columns, tape))
-
-
-def load_link(robot: Robot) -> int:
-    """Return the number of the link that carries a load: of [payload], or the last that moves."""
-    return _last_path(robot)[0] if robot.payload is None else robot.payload
-
-
-def _last_path(robot: Robot) -> Sequence[int]:
-    """Return the path from the last frame that moves to the base."""
-    moving = {j.number for j in robot.moving}
-    paths = (path(robot, joint.number) for joint in reversed(robot.joints))
-    return next(numbers for numbers in paths if moving.intersection(numbers))
 
 
 def links(robot: Robot) -> Symbols:

@@ -11,7 +11,7 @@ from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia
 from symgen.symbolic.kinematics import builder
-from symgen.symbolic.placement import coordinates, links, load_link
+from symgen.symbolic.placement import coordinates, links
 from symgen.symbolic.spatial import UPPER, symmetric
 from symgen.symbolic.tape import Tape, TapeBuilder, real_symbol
 
@@ -61,7 +61,7 @@ def add_body_tape(robot: Robot, base: BaseParameters) -> Tape:
 
 def add_load_tape(robot: Robot, base: BaseParameters) -> Tape:
     """Derive X of the robot with a load on its link: X plus the regrouped ten parameters of it."""
-    X, link = _symbols(base), load_link(robot)
+    X, link = _symbols(base), robot.load_link
     load = coordinates("l", len(names.LINK))
     tape = builder(robot, (*X.values(), *load))
     standard = {f"{prefix}{link}": x for prefix, x in zip(names.LINK, load, strict=True)}

@@ -13,7 +13,6 @@ import pytest
 from oracles.following import following_arm
 from oracles.random_arms import random_arm, random_parameters
 from oracles.transforms import (
-    FIXED,
     LINK_PARAMETERS,
     jacobians,
     parameter_vector,
@@ -188,7 +187,7 @@ class Case:
             "link_drift": ((ends[0] - ends[1]) / (2 * step),),
             "base_parameters": (self.X,),
             "add_body": (self.parameters(self.loaded(1))[0],),
-            "add_load": (self.parameters(self.loaded(self.last()))[0],),
+            "add_load": (self.parameters(self.loaded(self.model.robot.numbers[-1]))[0],),
             "load_momentum": self.of_load(),
             "standard_energy_regressor": (T, U),
             "standard_torque_regressor": (tau,),
@@ -200,17 +199,10 @@ class Case:
         links[link - 1] += BODY
         return links
 
-    def last(self) -> int:
-        """Number of the last link that a joint moves."""
-        moved = {0: False}
-        for j, (before, sigma) in enumerate(zip(self.arm.ant, self.arm.sigma, strict=True), 1):
-            moved[j] = moved[before] or sigma != FIXED
-        return max(j for j, moves in moved.items() if moves)
-
     def of_load(self) -> tuple[np.ndarray, np.ndarray]:
         """What BODY on the last link adds to dT/dqd and to dL/dq."""
         heavy = copy(self)
-        heavy.tree = self.witness(self.loaded(self.last()))
+        heavy.tree = self.witness(self.loaded(self.model.robot.numbers[-1]))
         with_load, without = (
             (x.mass(x.q) @ x.qd, x.christoffel().T @ x.qd - x.rigid(x.q, 0 * x.q, 0 * x.q))
             for x in (heavy, self)

@@ -1,7 +1,7 @@
 /* A load that the arm grips, on line: its ten inertial parameters, with X of the arm known.
  *
  * load: XX XY XZ YY YZ ZZ MX MY MZ M (kg m2, kg m, kg), about the origin of the frame of the link
- * of [payload] in robot.toml, or of the last link. NAME_add_load adds it to X.
+ * of [payload] in robot.toml, or of the last moving link. NAME_add_load adds it to X.
  *
  * Over a window (t1, t2) the impulse that the arm with X does not explain is that of the load:
  *
