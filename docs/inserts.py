@@ -189,3 +189,173 @@ def examples(_: str) -> str:
         if (DOCS / "pictures" / f"{name}.svg").exists():
             out.append(f"[![{title}](pictures/{name}.svg)](examples/{name}.md)\n")
     return "\n".join(out)
+<<<<<<< HEAD
+=======
+
+
+def figures(path: Path) -> Any:
+    """Return the figures that a study or a benchmark wrote."""
+    return json.loads(path.read_text("utf-8"))
+
+
+def ns(time: float | None) -> str:
+    """Return a time in ns, with three digits; nothing where it was not measured."""
+    return "" if time is None else f"{float(f'{time:.3g}'):,g}"
+
+
+def command_times(_: str) -> str:
+    """Return the processor time of each command."""
+    rows = (
+        (f"`{name}`", f"{row['first']:g} s", f"{row['again']:g} s")
+        for name, row in figures(BENCHMARKS / "commands.json").items()
+    )
+    return table(("command", "first run", "later runs"), rows)
+
+
+def speed_of_calls(_: str) -> str:
+    """Return times of a call, and of a sample among many, beside other tools."""
+    ways = {"single": "one call", "CasADi C": "CasADi's C", "Pinocchio C++": "Pinocchio C++",
+            "Pinocchio Python": "Pinocchio Python", "NumPy": "NumPy", "panels": "in panels",
+            "rows": "in rows"}  # fmt: skip
+    rows = (
+        (f"`{kernel}`", *(ns(row.get(way)) for way in ways))
+        for kernel, row in figures(BENCHMARKS / "speed.json")["in_cache"].items()
+    )
+    return table(("kernel", *ways.values()), rows)
+
+
+def speed_of_panels(_: str) -> str:
+    """Return how many times as fast a sample in panels is as a single call, by instruction set."""
+    measured = figures(BENCHMARKS / "speed.json")["panels_in_c"]
+    found: dict[str, dict[str, float]] = {}
+    for name, row in measured.items():
+        kernel, instructions = name.split(", ")
+        found.setdefault(kernel, {})[instructions] = row["single"] / row["panels"]
+    sets = list(next(iter(found.values())))
+    rows = ((f"`{k}`", *(f"{row[s]:.1f}" for s in sets)) for k, row in found.items())
+    return table(("kernel", *sets), rows)
+
+
+def speed_of_large_trees(_: str) -> str:
+    """Return times of a humanoid, beside Pinocchio's."""
+    rows = (
+        (
+            f"`{kernel}`",
+            ns(row["hot"]),
+            f"{row['Pinocchio hot'] / row['hot']:.1f}",
+            ns(row["cold"]),
+            f"{row['Pinocchio cold'] / row['cold']:.2f}",
+        )
+        for kernel, row in figures(BENCHMARKS / "speed.json")["large_tree"].items()
+    )
+    return table(("kernel", "hot, ns", "times Pinocchio", "cold, ns", "times Pinocchio"), rows)
+
+
+def growth(_: str) -> str:
+    """Return how derivation and compilation grow with the number of joints."""
+    rows = (
+        (
+            f"`{row['kernel']}`",
+            str(row["joints"]),
+            f"{row['statements']:,}",
+            f"{row['derive_s']:.2f}",
+            f"{row['generate_s']:.2f}",
+            f"{row['compile_s']:.2f}",
+            ns(row["ns"]),
+        )
+        for row in figures(BENCHMARKS / "growth.json")["rows"]
+    )
+    times = ("derive, s", "generate, s", "compile, s", "one call, ns")
+    head = ("kernel", "joints", "statements", *times)
+    return table(head, rows)
+
+
+def million(_: str) -> str:
+    """Return time and memory of the identification of a million samples."""
+    rows = (
+        (row["model"], f"{row['user']:.1f} s", f"{1000 * row['GB']:.0f} MB")
+        for row in figures(BENCHMARKS / "million.json")["rows"]
+    )
+    return table(("model", "processor time", "peak memory"), rows)
+
+
+def on_line_times(_: str) -> str:
+    """Return time and memory of the identifiers and of the follower of a load."""
+    parts = {"energy": "identifier, energy", "momentum": "identifier, momentum",
+             "payload": "load of a gripper"}  # fmt: skip
+    measured = figures(BENCHMARKS / "identifier.json")
+    rows = []
+    for name, title in parts.items():
+        row = measured[f"{name}, this"]
+        times = (f"{row[key]:.2g} µs" for key in ("median_us", "worst_us", "read_us"))
+        rows.append((title, *times, f"{row['bytes'] / 1000:.0f} kB"))
+    return table(("", "median step", "longest step", "read", "memory"), rows)
+
+
+def damaged_files(_: str) -> str:
+    """Return what the readers did with damaged files."""
+    rows = (
+        (
+            reader,
+            f"{row['inputs']:,}",
+            str(row["faults"]),
+            f"{100 * row['refused_share']:.0f} %",
+            f"{row['slowest_s']:g} s",
+        )
+        for reader, row in figures(PROJECT / "tests/robustness/fuzz_figures.json").items()
+    )
+    return table(("reader", "files", "faults", "refused", "slowest"), rows)
+
+
+def intervals(_: str) -> str:
+    """Return how many 95 % intervals contain the true value, by kind of log and of parameter."""
+    families = {"noise": "noise of the sensors only", "misfit": "and a torque that no model has",
+                "effects": "and effects that the file lacks"}  # fmt: skip
+    rows = []
+    for family, row in figures(STUDIES / "intervals.json")["summary"].items():
+        every = row.pop("all")
+        lowest = min(row, key=lambda kind: row[kind]["held"])
+        contained = (
+            f"{100 * every['held']:.0f} % ({100 * every['low']:.0f} to {100 * every['high']:.0f})"
+        )
+        least = f"{100 * row[lowest]['held']:.0f} %, {lowest}"
+        rows.append((families[family], str(every["parameters"]), contained, least))
+    head = ("simulated logs", "intervals", "contain the true value", "lowest kind of parameter")
+    return table(head, rows)
+
+
+def spoiled(_: str) -> str:
+    """Return what identify says of spoiled logs and robot files."""
+    found = figures(STUDIES / "spoiled.json")["summary"]
+    words = {
+        "spoiled": "spoiled cases",
+        "seeable": "which a fit by hand shows",
+        "costly": "of these: the error on clean motion is more than 1.2 times as large",
+        "costly_named": "of these: symgen names the fault",
+        "costly_good": "of these: symgen still trusts the estimate",
+        "wrong_reason": "spoiled cases with another reason than the fault",
+        "clean": "cases that are not spoiled",
+        "clean_good": "of these: trusted",
+    }
+    return table(("cases", "number"), ((word, str(found[key])) for key, word in words.items()))
+
+
+def taken_out(_: str) -> str:
+    """Return what diagnose names where a term is taken out of a robot file."""
+    cases = figures(STUDIES / "taken_out.json")["cases"]
+    rows = []
+    for robot in dict.fromkeys(case["robot"] for case in cases):
+        own = [case for case in cases if case["robot"] == robot]
+        counted = [case for case in own if "named" in case]
+        first = sum(case["found"] for case in counted)
+        right = sum(case["found"] or case["answered"] for case in counted)
+        rows.append((robot, *map(str, (len(own), len(counted), first, right))))
+    head = (
+        "robot",
+        "terms",
+        "that matter",
+        "named first",
+        "named first, or explained",
+    )
+    return table(head, rows)
+>>>>>>> d2f28c89 (On-line identification: the load of a gripper, with its loop, its statuses and measured times)

@@ -33,25 +33,35 @@ ROTORS = np.array([0.6, 0.6, 0.5, 0.5, 0.25, 0.2, 0.2])
 FS, FV = np.array([4.0, 4, 3, 3, 1.5, 1, 1]), np.array([5.0, 5, 4, 4, 1.5, 1, 1])
 NOISE = np.array([0.2] * 4 + [0.05] * 3)  # N m
 HOME = np.array([0, 0.3, 0, -1.6, 0, 1.7, 0])
-#: Reads the load every EVERY samples, as a controller would, and prints status, load and std.
+#: Reads the load every EVERY samples, as a controller would, and prints status, load, std, and the
+#: torque of gravity at home with the latest X whose status is OK.
 DRIVER = """
 #include "NAME_payload.h"
 #include <stdio.h>
+#include <string.h>
 int main(void)
 {
     static NAME_payload memory;
-    NAME_real X[NAME_PARAMETERS], x[3 * NAME_JOINTS], load[10], std[10];
+    NAME_real X[NAME_PARAMETERS], loaded[NAME_PARAMETERS], home[NAME_JOINTS], g[NAME_JOINTS];
+    NAME_real x[3 * NAME_JOINTS], load[10], std[10];
     const NAME_real dt = (NAME_real)0.001;
     int k = 0;
     if (NAME_payload_init(&memory, NAME_payload_size(), 3, (NAME_real)0.3, 1) != NAME_OK ||
+        fread(home, sizeof *home, NAME_JOINTS, stdin) != NAME_JOINTS ||
         fread(X, sizeof *X, NAME_PARAMETERS, stdin) != NAME_PARAMETERS)
         return 1;
+    memcpy(loaded, X, sizeof loaded);
     while (fread(x, sizeof *x, 3 * NAME_JOINTS, stdin) == 3 * NAME_JOINTS) {
         (void)NAME_payload_step(&memory, x, x + NAME_JOINTS, x + 2 * NAME_JOINTS, dt, X);
         if (++k % 10 == 0) {
-            printf("%d", NAME_payload_read(&memory, load, std));
+            const int status = NAME_payload_read(&memory, load, std);
+            if (status == NAME_OK)
+                NAME_add_load(X, load, loaded);
+            NAME_gravity_torque(home, loaded, g);
+            printf("%d", status);
             for (int i = 0; i < 10; i++) printf(" %.9g", (double)load[i]);
             for (int i = 0; i < 10; i++) printf(" %.9g", (double)std[i]);
+            for (int i = 0; i < NAME_JOINTS; i++) printf(" %.9g", (double)g[i]);
             printf("\\n");
         }
     }
@@ -117,12 +127,20 @@ def recorded(
 def driver(dtype: str, folder: Path) -> Path:
     """Compile the driver with the package that the command writes."""
     package = folder / dtype
-    command = ["generate", "panda", "--target", "c", "--dtype", dtype, "--kernels", "payload"]
+    command = [
+        "generate",
+        "panda",
+        "--target",
+        "c",
+        "--dtype",
+        dtype,
+        "--kernels",
+        "payload,gravity_torque",
+    ]
     assert CliRunner().invoke(cli, [*command, "--into", str(package)]).exit_code == 0
     name = "pandaf" if dtype == "float" else "panda"
     (package / "main.c").write_text(DRIVER.replace("NAME", name))
-    names = ("payload", "add_load", "load_momentum", "generalized_momentum", "friction_torque")
-    sources = ["main.c", *(f"{name}_{part}.c" for part in names)]
+    sources = ["main.c", *(path.name for path in package.glob(f"{name}_*.c"))]
     run(["cc", *STRICT, "-O1", *sources, "-lm", "-o", "driver"], package)
     return package / "driver"
 
@@ -139,18 +157,18 @@ def X() -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def follow(tmp_path_factory) -> Callable[[str, np.ndarray], tuple[np.ndarray, ...]]:
-    """Return a function that runs the driver: times, status, load and std of every read."""
+    """Return a function that runs the driver: times, status, load, std and gravity of all reads."""
     folder = tmp_path_factory.mktemp("payload")
     drivers = {dtype: driver(dtype, folder) for dtype in ("double", "float")}
     given = X()
 
     def followed(dtype: str, rows: np.ndarray) -> tuple[np.ndarray, ...]:
         real = np.float32 if dtype == "float" else np.float64
-        sent = np.concatenate([given, rows.ravel()]).astype(real).tobytes()
+        sent = np.concatenate([HOME, given, rows.ravel()]).astype(real).tobytes()
         done = subprocess.run([drivers[dtype]], input=sent, capture_output=True, check=True)
         out = np.array([line.split() for line in done.stdout.splitlines()], float)
         t = (1 + np.arange(len(out))) * EVERY / RATE
-        return t, out[:, 0], out[:, 1:11], out[:, 11:]
+        return t, out[:, 0], out[:, 1:11], out[:, 11:21], out[:, 21:]
 
     return followed
 
@@ -171,7 +189,7 @@ def gravity_error(load: np.ndarray) -> float:
 @pytest.mark.parametrize("dtype", ["double", "float"])
 def test_a_load_is_known_soon_after_it_is_gripped_and_after_it_is_released(follow, dtype) -> None:
     grip, release = 2.5, 6.0
-    t, status, load, std = follow(dtype, recorded(8.0, (grip, release)))
+    t, status, load, std, weight = follow(dtype, recorded(8.0, (grip, release)))
     before = (t > 1) & (t <= grip)
     known = (t > grip + 1.5) & (t <= release)
     settled = (t > grip + 3) & (t <= release)
@@ -180,8 +198,11 @@ def test_a_load_is_known_soon_after_it_is_gripped_and_after_it_is_released(follo
     # From 0.15 s on nothing says that the old load holds.
     for change in (grip, release):
         assert (status[(t > change + 0.15) & (t <= change + 0.2)] == CHANGING).all()
-    for when, true in ((before, 0 * LOAD), (known, LOAD), (after, 0 * LOAD)):
-        assert (np.abs(load[when] - true) <= 5 * std[when]).all()
+    for when, held in ((before, 0 * LOAD), (known, LOAD), (after, 0 * LOAD)):
+        assert (np.abs(load[when] - held) <= 5 * std[when]).all()
+    assert (np.diff(weight, axis=0)[status[1:] != OK] == 0).all()  # held
+    true = carrying(LOAD).inverse_dynamics(HOME, 0 * HOME, 0 * HOME)
+    assert (np.linalg.norm(weight[known] - true, axis=1) < 0.01 * np.linalg.norm(true)).all()
     assert std[known, 9].max() < 0.02
     assert max(gravity_error(x) for x in load[known][::10]) < 0.01
     assert (np.abs(load[settled, 9] - 2) < 0.02 * 2).all()
@@ -196,7 +217,7 @@ def test_rest_missing_and_wild_samples_do_no_harm(follow, dtype) -> None:
     rows[wild] += rng.choice([-30.0, 30.0], wild.sum())
     for k in rng.integers(0, len(rows), 12):
         rows[k : k + rng.integers(1, 40)] = np.nan
-    t, status, load, std = follow(dtype, rows)
+    t, status, load, std, _ = follow(dtype, rows)
     resting = (t > still[0] + 0.4) & (t <= still[1])
     assert (status[resting] == NOT_EXCITED).all()
     moving = t > still[1] + 1.5
@@ -219,7 +240,7 @@ def test_a_motion_that_does_not_show_the_load_is_not_ok(follow) -> None:
     rows[:, 14:] = tau + FV * rows[:, 7:14] + FS * np.sign(rows[:, 7:14])
     rows[:, 20] += (ROTORS[6] + LINKS[6, 5] + LOAD[5]) * -2.7 * np.sin(3 * t)
     rows[:, 7:] += np.array([2e-3] * 7 + [*NOISE]) * rng.normal(size=(len(t), 14))
-    _, status, load, std = follow("double", rows)
+    _, status, load, std, _ = follow("double", rows)
     assert (status != OK).all()
     assert (std[:, 9] > 1).all()  # of 3 kg that were assumed
     assert (np.abs(load - LOAD) <= 5 * std).all()

@@ -192,6 +192,9 @@ static void take(NAME_payload *s, NAME_payload_joint *x, NAME_real *row, NAME_re
     const NAME_real size = innovation < 0 ? -innovation : innovation;
     const NAME_real ratio = size / {{ sqrt }}(1 + leverage);
     const int learned = (NAME_real)LEAST_GAIN * (NAME_real)(x->equations + 1) >= 1;
+    if (!isfinite(ratio)) {
+        return;
+    }
     if (leverage < 1) {
         learn_error(x, ratio);
     }
