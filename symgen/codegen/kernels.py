@@ -62,7 +62,8 @@ def _rubbing(s: Subject) -> list[tuple[str, int]]:
 def _load(s: Subject) -> list[tuple[str, int]]:
     """Return the parameters of the link that carries a load."""
     names = [p.name for p in s.base.standard]
-    return [(f"{prefix}L", names.index(f"{prefix}{s.robot.load_link}")) for prefix in LINK]
+    first = names.index(f"{LINK[0]}{s.robot.load_link}")
+    return [(f"{prefix}L", first + k) for k, prefix in enumerate(LINK)]
 
 
 def _standard(s: Subject, *, inertial: bool) -> list[tuple[str, int]]:
@@ -134,4 +135,7 @@ SETS = {"all": ALL, "payload": PAYLOAD}
 
 def expanded(kernels: Iterable[str]) -> tuple[str, ...]:
     """Return the names of kernels with those of `SETS` in place of the name of a set."""
-    return tuple(dict.fromkeys(k for name in kernels for k in SETS.get(name, (name,))))
+    out: list[str] = []
+    for name in kernels:
+        out += SETS.get(name, (name,))
+    return tuple(dict.fromkeys(out))
