@@ -22,8 +22,9 @@ from inserts import table
 DOCS = Path(__file__).resolve().parent
 PROJECT = DOCS.parent
 BENCHMARKS, STUDIES = PROJECT / "tests" / "benchmarks", PROJECT / "tests" / "studies"
-SPEED, GROWTH, MILLION, COMMANDS, EXPORT = (
-    BENCHMARKS / f"{name}.json" for name in ("speed", "growth", "million", "commands", "export")
+SPEED, GROWTH, MILLION, COMMANDS, EXPORT, IDENTIFIER = (
+    BENCHMARKS / f"{name}.json"
+    for name in ("speed", "growth", "million", "commands", "export", "identifier")
 )
 INTERVALS, SPOILED, TAKEN_OUT = (
     STUDIES / f"{name}.json" for name in ("intervals", "spoiled", "taken_out")
@@ -177,6 +178,20 @@ def million() -> str:
         for row in figures(MILLION)["rows"]
     )
     return dated(table(("model", "processor time", "peak memory"), rows), MILLION)
+
+
+def on_line_times() -> str:
+    """Return time and memory of the identifiers and of the follower of a load."""
+    parts = {"energy": "identifier, energy", "momentum": "identifier, momentum",
+             "payload": "load of a gripper"}  # fmt: skip
+    measured = figures(IDENTIFIER)
+    rows = []
+    for name, title in parts.items():
+        row = measured[f"{name}, this"]
+        times = (f"{row[key]:.2g} µs" for key in ("median_us", "worst_us", "read_us"))
+        rows.append((title, *times, f"{row['bytes'] / 1000:.0f} kB"))
+    made = table(("", "median step", "longest step", "read", "memory"), rows)
+    return dated(made, IDENTIFIER)
 
 
 def damaged_files() -> str:

@@ -22,7 +22,10 @@ from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs"))
+
 import numpy as np
+from figures import keep
 from rich.console import Console
 from rich.table import Table
 
@@ -246,7 +249,7 @@ def main() -> None:
         )  # fmt: skip
     Console(width=170).print(table)
     print({k: v for k, v in figures.items() if k.endswith("both")})
-    asked.into.write_text(json.dumps(figures, indent=1) + "\n")
+    keep(asked.into, figures)
 
 
 if __name__ == "__main__":
