@@ -12,7 +12,6 @@ means of the two are apart. NAME_payload.h is timed alone.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import subprocess
 import sys
