@@ -32,6 +32,10 @@ if TYPE_CHECKING:
 @click.option("--seed", type=int, default=0, help="Of the draws of --samples; default 0.")
 @click.option("--mujoco", type=click.Choice(["3.0", "3.7"]), default="3.0", help="Oldest MuJoCo "
               "that reads the MJCF; dampers and springs of higher order need 3.7.")  # fmt: skip
+@click.option("--actuator", type=click.Choice(["position", "motor", "dcmotor"]), help="Actuators "
+              "of the MJCF for an estimate from logs of duty: driven by a reference, by duty or by "
+              "volts (MuJoCo 3.7); default position if [controller] commands duty, else motor."
+              )  # fmt: skip
 @partial(reading_options, start="--start")
 def export(
     estimate: Path,
@@ -43,6 +47,7 @@ def export(
     samples: int | None,
     seed: int,
     mujoco: str,
+    actuator: str | None,
     reading: Reading,
 ) -> int:
     """Write the identified values of ESTIMATE into the URDF or MJCF of the robot.
@@ -64,6 +69,11 @@ def export(
     if len(kinds) > 1 or not kinds <= {".urdf", ".xml"}:
         listed = " and ".join(map(str, named))
         raise click.UsageError(f"{listed}: accepted: both end in .urdf, or both in .xml")
+    if logs and actuator == "dcmotor":
+        raise click.UsageError(
+            "--log compares torques, and a dcmotor holds the viscous friction: accepted: "
+            "--actuator motor with --log"
+        )
     copied = _checked(source, to, bool(samples))
     found, known = read_identified(estimate, robot)
     # Logs are read first, so that an unreadable one leaves no file.
@@ -78,6 +88,7 @@ def export(
         samples=samples,
         seed=seed,
         higher=higher,
+        actuator=actuator,
     )
     for note in (*first.notes, *limits):
         say(f"note: {note}")

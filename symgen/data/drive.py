@@ -141,8 +141,10 @@ def _of_duty(log: Log, drive: Drive | None) -> Log:
         if not _one_each(N):
             what = "has the duty of motors that move several joints"
             refuse(what, "tau1.. or i1..; or duty of the joints and torque_side = 'joint'")
-        tau = tau * np.sign(np.diag(N))
-    return _with_input(log, tau, *notes)
+        signs = np.sign(np.diag(N))
+        tau, u = tau * signs, u * signs
+    duty = read_only(u) if log.drive_unit == "duty" else None
+    return replace(_with_input(log, tau, *notes), duty=duty)
 
 
 def held(t: FloatArray, u: FloatArray) -> FloatArray:

@@ -64,6 +64,8 @@ class Samples:
         command: (N, n) as in `Log`.
         imu: (N, 6) as in `Log`.
         drive_unit: "" if tau is a torque; "duty" or "V" if it is the input of the drives.
+        qr: (N, n) reference of the controller in rad (m), or None.
+        duty: (N, n) input of the drives on the joint side, which hold it from its stamp; or None.
     """
 
     name: str
@@ -81,6 +83,8 @@ class Samples:
     command: FloatArray | None = None
     imu: FloatArray | None = None
     drive_unit: str = ""
+    qr: FloatArray | None = None
+    duty: FloatArray | None = None
 
     @property
     def length(self) -> float:
@@ -219,6 +223,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     return Samples(
         log.name, log.t, log.q, qd, log.tau, step, None, tuple(notes), log.qd is None, mask,
         qs=log.qs, command=log.command, imu=log.imu, drive_unit=log.drive_unit,
+        qr=log.qr, duty=log.duty,
     )  # fmt: skip
 
 
@@ -267,7 +272,7 @@ def _resampled(log: Log, times: FloatArray, *, smooth: bool) -> Log:
 
     curve = CubicSpline if smooth else PchipInterpolator
     arrays: dict[str, Any] = {"t": read_only(times)}
-    for key in ("q", "qd", "tau", "command", "qs", "imu"):
+    for key in ("q", "qd", "tau", "command", "qs", "imu", "qr", "duty"):
         x = getattr(log, key)
         if x is not None:
             known = np.isfinite(x).all(axis=0)

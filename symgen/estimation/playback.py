@@ -154,7 +154,7 @@ def play(
     mover: Mover,
     windows: Sequence[Window],
     t: FloatArray,
-    gains: Gains | None = None,
+    law_of: Callable[[FilteredLog], Law] | None = None,
 ) -> FloatArray:
     """Simulate windows; return the positions (windows, K, n), NaN where one diverges.
 
@@ -162,9 +162,10 @@ def play(
         mover: moves the robot.
         windows: windows of one length, grouped by log.
         t: (K,) times after the start of each window, s; the first is 0.
-        gains: kp and kd, (n,) each, of the feedback to the measured motion.
+        law_of: returns what moves the robot in a log; by default its torques.
     """
-    laws = {log: torque_law(log, gains) for log in dict.fromkeys(w.log for w in windows)}
+    law_of = law_of or torque_law
+    laws = {log: law_of(log) for log in dict.fromkeys(w.log for w in windows)}
     bounds = position_bounds(windows)
     courses = []
     for window in windows:
@@ -206,6 +207,17 @@ def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
         kp, kd = gains
         torque, q_wanted, qd_wanted = at[:n], at[n : 2 * n], at[2 * n :]
         return np.asarray(torque + kp * (q_wanted - q) + kd * (qd_wanted - qd))
+
+    return law
+
+
+def held_law(log: FilteredLog, controls: str) -> Law:
+    """Return controls of a log, "qr" or "duty", as a law that holds them until the next sample."""
+    held = getattr(log.samples, controls)
+
+    def law(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:  # noqa: ARG001
+        before = int(np.searchsorted(log.t, t, side="right")) - 1
+        return np.asarray(held[before])
 
     return law
 

@@ -1,4 +1,4 @@
-"""Move the robot of a URDF or MJCF in MuJoCo by prescribed torques."""
+"""Move the robot of a URDF or MJCF in MuJoCo by prescribed torques, or by its actuators."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from symgen.robot.toml_io import read_imported
 from symgen.runtime.simulate import Law
 
 _HOLDING = 1e9  # kg m2 or kg: armature of a locked joint
+_ON_JOINT = (0, 1)  # MuJoCo's numbers of the transmissions to a joint
 _FINEST = 1e-3  # s: longest step
 _SAME = 1e-3  # relative difference of torques; rounded angles cause less
 _RIGHT = 4  # the first MuJoCo that was seen to read all inertias of a URDF
@@ -31,8 +32,8 @@ _ACCEPTED = (
 class MujocoRobot:
     """A robot from a file, in MuJoCo.
 
-    Contacts, joint limits and actuators are switched off. Joints without a name in `joints` stand
-    still at 0.
+    Contacts and joint limits are switched off, and actuators until `use_actuators`. Joints without
+    a name in `joints` stand still at 0.
 
     Args:
         path: path of the file.
@@ -40,6 +41,8 @@ class MujocoRobot:
 
     Attributes:
         notes: differences from the file, one line each.
+        controls: what the actuators of the joints follow: the field of a log "qr" or "duty"; "" if
+            other, several or no actuators move a joint.
 
     Raises:
         RobotError: MuJoCo is not installed, refuses the file or reads other inertias, or there is
@@ -62,11 +65,35 @@ class MujocoRobot:
             is_urdf = path.suffix.lower() == ".urdf"
             self.notes = _other_inertias(m, path) if is_urdf else []
         self._q, self._v = m.jnt_qposadr[places], m.jnt_dofadr[places]
+        self._driven, self._actuators = False, self._acting(places)
+        self.controls = self._controls()
         locked = np.setdiff1d(np.arange(m.nv), self._v)
         m.dof_armature[locked] = _HOLDING
         for part in ("CONTACT", "LIMIT", "ACTUATION"):
             m.opt.disableflags |= disabling(part)
         m.opt.timestep = min(float(m.opt.timestep), _FINEST)
+
+    def _acting(self, joints: Sequence[int]) -> list[int]:
+        """Return the actuator of each joint; none if a joint has not exactly one."""
+        m = self.model
+        on = np.isin(m.actuator_trntype, _ON_JOINT)
+        found = [np.flatnonzero(on & (m.actuator_trnid[:, 0] == joint)) for joint in joints]
+        return [int(k) for (k,) in found] if {len(k) for k in found} == {1} else []
+
+    def _controls(self) -> str:
+        m, k = self.model, self._actuators
+        if not k or m.actuator_dyntype[k].any():
+            return ""
+        gain, back = m.actuator_gainprm[k, 0], m.actuator_biasprm[k, 1]
+        if np.allclose(back, -gain) and (m.actuator_gear[k, 0] == 1).all():
+            return "qr"
+        largest = np.abs(m.actuator_ctrlrange[k]).max() if m.actuator_ctrllimited[k].all() else 2
+        return "duty" if largest <= 1 and not back.any() else ""
+
+    def use_actuators(self) -> None:
+        """Move the joints by their actuators; laws then return controls in place of torques."""
+        self._driven = True
+        self.model.opt.disableflags &= ~disabling("ACTUATION")
 
     @quiet()
     def __call__(
@@ -90,7 +117,11 @@ class MujocoRobot:
                 row += 1
                 continue
             at = float(t[0] + (step + 0.5) * m.opt.timestep)
-            d.qfrc_applied[self._v] = law(at, d.qpos[self._q], d.qvel[self._v])
+            moving = law(at, d.qpos[self._q], d.qvel[self._v])
+            if self._driven:
+                d.ctrl[self._actuators] = moving
+            else:
+                d.qfrc_applied[self._v] = moving
             mujoco.mj_step(m, d)
             step += 1
             if not np.isfinite(d.qpos).all() or d.time < 0.5 * step * m.opt.timestep:

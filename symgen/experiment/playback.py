@@ -1,14 +1,15 @@
 """compare-sim: the position errors of simulated robots against a log, over several horizons.
 
-MuJoCo moves the robot of a file along windows of a log (`symgen.estimation.playback`). Contacts,
-limits and controlled actuators in the file are off, because the log contains the torques that move
-the robot.
+MuJoCo moves the robot of a file along windows of a log (`symgen.estimation.playback`). Contacts
+and limits are off. The torques of the log move the joints. A log of duty has none: the recorded
+reference, or the duty, moves them by the actuators in the file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,6 +19,7 @@ from symgen.data.log import Log
 from symgen.data.raw import Reading, csv_bytes
 from symgen.data.signals import (
     OPEN,
+    Samples,
     comparison_band,
     interpolated,
 )
@@ -29,9 +31,11 @@ from symgen.estimation.playback import (
     Horizon,
     Window,
     gains_of,
+    held_law,
     play,
     position_errors,
     require_same_times,
+    torque_law,
     windows_of,
 )
 from symgen.estimation.torque_error import percent
@@ -43,12 +47,14 @@ from symgen.names import ROTOR
 from symgen.parallel import Say, silent
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.types import Robot
-from symgen.schemas import BESIDE, read_result, result_file, to_json
+from symgen.schemas import BESIDE, OPTIONAL, read_result, result_file, to_json
 from symgen.views import Viewable
 
 SCHEMA = "symgen.simulation/1"
 MARKER, WINDOW = "simulation.json", "window.csv"
 _WINDOWS = 40  # maximum number of windows of a log
+#: What moves the robot, by the field of the log.
+_DRIVEN_BY = {"": "torque", "qr": "reference", "duty": "duty"}
 _SMOOTH = 5.0  # cutoff of the motion of a log, in comparison bands
 
 
@@ -77,6 +83,7 @@ class SimulationComparison(Viewable):
         logs: names of the logs.
         windows: number of simulated windows.
         feedback: whether feedback gains keep the robot close to the measured motion.
+        driven_by: what moves the robot: "torque", or by the actuators "reference" or "duty".
         files: results, file by file.
         notes: changes to the logs.
         measured: measured motion in a window with a median error of the first file: times (K,) s
@@ -93,6 +100,7 @@ class SimulationComparison(Viewable):
     notes: tuple[str, ...]
     measured: Annotated[tuple[FloatArray, FloatArray] | None, BESIDE] = None
     courses: Annotated[tuple[FloatArray, ...], BESIDE] = ()
+    driven_by: Annotated[str, OPTIONAL] = "torque"
 
     def __post_init__(self) -> None:
         require_same_times(*(file.horizons for file in self.files))
@@ -142,13 +150,13 @@ def compare_simulations(
     Raises:
         RobotError: MuJoCo is not installed or refuses a file, or a file lacks a joint.
         LogError: a log cannot be read or belongs to another robot.
-        ParameterError: no log has a window of 0.2 s.
+        ParameterError: no log has a window of 0.2 s, or the logs have duty, and not what the
+            actuators of all files follow.
     """
     if not files or not logs:
         raise ParameterError("compare-sim: nothing to compare; accepted: files and logs")
     source = read_imported(files[0]).robot if robot is None else read_robot(robot)
     names = [joint.name for joint in source.movable]
-    gains = gains_of(source)
     machines = [MujocoRobot(Path(file), names) for file in files]
     filtered, notes = [], [*_without_rotors(files), *(x for m in machines for x in m.notes)]
     for log in logs:
@@ -158,6 +166,9 @@ def compare_simulations(
         cutoff = min(_SMOOTH * comparison, OPEN * rate)
         filtered.append(filter_log(samples, Band(rate, cutoff, comparison, "derived")))
         notes += [*samples.notes, *(r.in_words for r in repairs)]
+    controls = _controls([log.samples for log in filtered], machines)
+    gains = None if controls else gains_of(source)
+    law_of = partial(held_law, controls=controls) if controls else partial(torque_law, gains=gains)
     windows = windows_of(filtered, _WINDOWS)
     if not windows:
         raise ParameterError(
@@ -168,7 +179,7 @@ def compare_simulations(
     results, courses = [], []
     for file, machine in zip(files, machines, strict=True):
         progress(f"simulating {file}")
-        courses.append(play(machine, windows, t, gains))
+        courses.append(play(machine, windows, t, law_of))
         horizons, diverged = position_errors(windows, t, courses[-1])
         results.append(Simulated(Path(file).name, horizons, diverged))
     shown = _typical(windows, courses[0])
@@ -184,7 +195,30 @@ def compare_simulations(
         notes=tuple(dict.fromkeys(notes)),
         measured=(t, measured),
         courses=tuple(moved[shown] for moved in courses),
+        driven_by=_DRIVEN_BY[controls],
     )
+
+
+def _controls(logs: Sequence[Samples], machines: Sequence[MujocoRobot]) -> str:
+    """Return the field of the logs that the actuators of all files follow; "" for torques.
+
+    Raises:
+        ParameterError: the logs have duty, and the files do not all follow a field that they have.
+    """
+    if not any(log.drive_unit for log in logs):
+        return ""
+    controls = machines[0].controls
+    same = controls and all(machine.controls == controls for machine in machines)
+    recorded = [getattr(log, controls, None) for log in logs]
+    if not same or any(x is None or np.isnan(x).any() for x in recorded):
+        raise ParameterError(
+            "compare-sim: logs of duty have no torques; accepted: MJCF files in which one actuator "
+            "moves each joint, position where the log has the reference qr1.., or motor with "
+            "ctrlrange within -1 to 1: symgen export --actuator"
+        )
+    for machine in machines:
+        machine.use_actuators()
+    return controls
 
 
 def _without_rotors(files: Sequence[str | Path]) -> Iterator[str]:

@@ -25,6 +25,7 @@ from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
 from symgen.faults.repair import open_samples
 from symgen.files import json_text, write_folder, write_text
+from symgen.identification.actuators import joint_drives
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.judgement import SCALE_UNKNOWN
 from symgen.identification.parameters import (
@@ -32,6 +33,7 @@ from symgen.identification.parameters import (
     cad_parameters,
     drives_of,
     estimate_facts,
+    known_torques,
     read_parameters,
     with_fixed_links,
 )
@@ -39,6 +41,7 @@ from symgen.identification.physical import LinkParameters, link_parameters
 from symgen.identification.prediction import torque_errors
 from symgen.robot.body import COUPLING, CouplingDynamics, Dynamics, JointDynamics
 from symgen.robot.formats.mjcf import CABLE, DRAG, SPRING
+from symgen.robot.formats.mjcf_drives import JointDrive, require_drives
 from symgen.robot.formats.mjcf_writer import updated_mjcf
 from symgen.robot.formats.urdf import updated_urdf
 from symgen.robot.formats.xml import relocated
@@ -49,6 +52,7 @@ from symgen.robot.types import Joint, Robot
 
 #: Schema and name of the file that lists the parameters of drawn robots.
 SAMPLES, MARKER = "symgen.samples/1", "samples.json"
+_NO_ACTUATORS = "a URDF holds no actuators: export an MJCF to have the identified drives"
 _CAVEAT = (
     "base parameters do not determine link parameters: these are one of infinitely many sets that "
     "give the same torques, and a single mass or centre need not be the robot's"
@@ -117,6 +121,7 @@ def identified_file(
     X: FloatArray | None = None,
     folder: str | Path | None = None,
     higher: bool = False,
+    actuator: str | None = None,
 ) -> IdentifiedFile:
     """Return the text of a robot file with identified values.
 
@@ -131,6 +136,7 @@ def identified_file(
         X: (p,) base parameters to write; by default those of the estimate.
         folder: destination of the text, for its relative paths; by default the folder of the file.
         higher: whether to write dampers and springs of higher order, which MuJoCo 3.7 reads.
+        actuator: actuators of identified drives in an MJCF, see `export`.
 
     Raises:
         RobotError: symgen cannot read the file.
@@ -153,6 +159,11 @@ def identified_file(
         nearest=estimate.covariance,
     )
     mjcf = path.suffix.lower() == ".xml"
+    found = joint_drives(estimate, model.robot, links.values, actuator)
+    drives = {imported.robot.joints[k - 1].name: drive for k, drive in found.items()}
+    in_drives = [f"FV{k}" for k, drive in found.items() if drive.kind == "dcmotor"]
+    identified = links.values
+    links = replace(links, values={**links.values, **dict.fromkeys(in_drives, 0.0)})
     dynamics, contained = _dynamics(model.robot, links, higher and mjcf)
     notes = [f"link parameters in {path.name}: {_CAVEAT}"]
     if links.sigmas > 0:
@@ -167,10 +178,12 @@ def identified_file(
                 f"the identified X {least}"
             )
     if mjcf:
-        text = updated_mjcf(path, dynamics)
+        text = updated_mjcf(path, dynamics, drives)
     else:
         text, _ = read_text(path, "accepted: a .urdf")
         text, contained = updated_urdf(text, dynamics, str(path)), set()
+        if drives:
+            notes.append(_NO_ACTUATORS)
         if any(joint.armature for joint in dynamics.joints):
             notes.append(
                 "rotor inertia stands in <dynamics armature>, which symgen reads; other programs "
@@ -184,12 +197,18 @@ def identified_file(
     left_out = tuple(_not_contained(model, links, contained))
     if mjcf:
         absent = dict.fromkeys((name for name, _, _ in left_out), 0.0)
-        _require_read(text, path, model, {**links.values, **absent})
+        _require_read(text, path, model, {**links.values, **absent}, drives)
     text = relocated(text, path, path.parent if folder is None else Path(folder))
-    return IdentifiedFile(text, links.values, left_out, tuple(notes))
+    return IdentifiedFile(text, identified, left_out, tuple(notes))
 
 
-def _require_read(text: str, path: Path, model: Model, values: Mapping[str, float]) -> None:
+def _require_read(
+    text: str,
+    path: Path,
+    model: Model,
+    values: Mapping[str, float],
+    drives: Mapping[str, JointDrive],
+) -> None:
     """Refuse an MJCF from which MuJoCo reads other values than symgen wrote.
 
     Settings of the compiler can change masses and inertias, and springdamper changes damping.
@@ -199,22 +218,24 @@ def _require_read(text: str, path: Path, model: Model, values: Mapping[str, floa
         path: base of its relative paths.
         model: model of the robot.
         values: the written standard parameters.
+        drives: the written drives, by names of joints.
 
     Raises:
-        ParameterError: MuJoCo reads another value of a base parameter.
+        ParameterError: MuJoCo reads another value of a base parameter, or of a drive.
     """
     with TemporaryDirectory() as folder:
         place = Path(folder) / path.name
         place.write_text(relocated(text, path, place.parent), encoding="utf-8")
         read = read_parameters(place, model)
+        require_drives(place, drives)
     written = base_values(values, model, str(path))
     size = float(np.abs(written).max())
     for name, ours, theirs in zip(model.base.names, written, read, strict=True):
         if abs(ours - theirs) > _READ * size:
             raise ParameterError(
                 f"{path}: MuJoCo reads {name} = {theirs:.6g} where {ours:.6g} is written; "
-                "accepted: a file without springdamper, and without settings of <compiler> that "
-                "change masses"
+                "accepted: a file without springdamper, without losses of actuators, and without "
+                "settings of <compiler> that change masses"
             )
 
 
@@ -311,18 +332,22 @@ def export(
     *,
     folder: str | Path | None = None,
     higher: bool = False,
+    actuator: str | None = None,
 ) -> IdentifiedFile:
     """Return a copy of a URDF or MJCF with all parameters of an estimate that it can hold.
 
     Args:
         estimate: an estimate.json, or the folder that `identify` wrote.
-        source: path of the URDF or MJCF. Only <inertial>, friction, rotor inertia, springs and
-            couplings change in the copy.
+        source: path of the URDF or MJCF. Only <inertial>, friction, rotor inertia, springs,
+            couplings and, of an estimate with drives, actuators change in the copy.
         robot: the identified robot, its path or a library name. By default the robot.toml in the
             folder of the estimate, or else the robot of `source`.
         folder: destination of the copy, for relative paths of meshes; by default the folder of
             `source`.
         higher: whether to write dampers and springs of higher order, which MuJoCo 3.7 reads.
+        actuator: actuators of an MJCF from an estimate with drives: "position", "motor" or
+            "dcmotor"; by default "position" where the controller of the robot commands duty, else
+            "motor".
 
     Raises:
         RobotError: symgen cannot read a robot.
@@ -330,7 +355,7 @@ def export(
             file cannot hold its values.
     """
     known, robot = read_identified(estimate, robot)
-    return identified_file(source, known, robot, folder=folder, higher=higher)
+    return identified_file(source, known, robot, None, folder, higher, actuator)
 
 
 def write_copies(
@@ -342,6 +367,7 @@ def write_copies(
     samples: int | None = None,
     seed: int = 0,
     higher: bool = False,
+    actuator: str | None = None,
 ) -> tuple[list[Path], IdentifiedFile]:
     """Write copies of a robot's file with identified values: one, or some in a folder.
 
@@ -356,7 +382,7 @@ def write_copies(
         estimate, robot: the estimate and its robot, as `read_identified` returns them.
         samples: number of copies in the folder; None for one copy with the values of the estimate.
         seed: seed of the draws.
-        higher: as for `export`.
+        higher, actuator: as for `export`.
 
     Returns:
         The paths of the copies, and the first copy.
@@ -367,11 +393,11 @@ def write_copies(
     """
     encoding = "utf-8-sig" if source.read_bytes().startswith(BOM_UTF8) else "utf-8"
     if samples is None:
-        file = identified_file(source, estimate, robot, folder=to.parent, higher=higher)
+        file = identified_file(source, estimate, robot, None, to.parent, higher, actuator)
         write_text(to, file.text.encode(encoding))
         return [to], file
     X = _drawn(estimate, samples, seed)
-    drawn = [identified_file(source, estimate, robot, x, to) for x in X]
+    drawn = [identified_file(source, estimate, robot, x, to, actuator=actuator) for x in X]
     digits = len(str(samples - 1))
     numbers = [f"{k:0{digits}d}" for k in range(samples)]
     names_of_files = [f"{source.stem}_{number}{source.suffix}" for number in numbers]
@@ -512,6 +538,6 @@ def file_errors(
     model = derive(robot, JUDGING)
     parameters = [*(read_parameters(path, model) for path in paths), estimate.X]
     *files, of_estimate = torque_errors(
-        robot, log, parameters, estimate.band, estimate.shifts, reading
+        robot, log, parameters, estimate.band, estimate.shifts, reading, known_torques(estimate)
     )
     return FileErrors(log, tuple(files), of_estimate)

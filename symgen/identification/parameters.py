@@ -72,8 +72,7 @@ def read_known(path: str | Path, model: Model) -> KnownParameters:
     X, file = read_parameters(path, model), parameters_file(path)
     if file.suffix == ".json":
         estimate = read_estimate(file)
-        torque = np.array([drive.torque for drive in estimate.drives])
-        drives = torque if len(torque) else None
+        drives = known_torques(estimate)
         return KnownParameters(file, X, estimate, estimate.band, estimate.shifts, drives)
     if file.suffix != ".toml":
         return KnownParameters(file, X)
@@ -145,6 +144,12 @@ def read_values(path: str | Path, model: Model) -> Values:
     values = named_values(known.X.tolist(), *named, model.base, estimate_facts(known.estimate))
     units = tuple(p.unit for p in known.estimate.parameters)
     return replace(values, units=units, drives=drives_of(known.estimate))
+
+
+def known_torques(estimate: Estimate) -> FloatArray | None:
+    """Return the torque of each drive per unit of its input, (n,); None for logs of torques."""
+    torque = np.array([drive.torque for drive in estimate.drives])
+    return torque if len(torque) else None
 
 
 def drives_of(estimate: Estimate) -> tuple[tuple[float, str], ...]:

@@ -153,6 +153,7 @@ def torque_errors(
     band: Band | None = None,
     shifts: Sequence[Fault] = (),
     reading: Reading | None = None,
+    drives: FloatArray | None = None,
 ) -> list[float]:
     """Return the torque error in motion along a log, of each of some sets of parameters, in a band.
 
@@ -163,6 +164,7 @@ def torque_errors(
         band: the filters; by default, symgen chooses them.
         shifts: shifts of the torques in the run of the estimate, the last set of parameters.
         reading: options of reading the log.
+        drives: (n,) torque of each drive per unit of its input, for a log of inputs.
 
     Raises:
         LogError: symgen cannot read the log, or it belongs to another robot.
@@ -170,7 +172,9 @@ def torque_errors(
     evaluator = load(derive(robot, JUDGING))
     filtering = Filtering(known=band)
     error = error_of(evaluator, parameters[-1])
-    campaign = open_in_known_band(evaluator, robot, [log], reading, filtering, shifts, error)
+    campaign = open_in_known_band(
+        evaluator, robot, [log], reading, filtering, shifts, error, drives=drives
+    )
     return [fit(evaluator, campaign.train, X).in_motion.residual.relative for X in parameters]
 
 

@@ -31,6 +31,8 @@ def simulation_content(result: SimulationComparison) -> Content:
     last = first.horizons[-1].seconds
     by_joint = horizon_by_joint(result.joints, models)
     moved = "replays the measured torque" + (" with feedback" if result.feedback else "")
+    if result.driven_by != "torque":
+        moved = f"is driven by the recorded {result.driven_by}, by the actuators of the file"
     text = (
         f"{result.windows} windows of {', '.join(result.logs)}. Each begins in the measured state "
         f"and {moved}. {PLAYBACK}",

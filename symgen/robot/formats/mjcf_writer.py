@@ -14,6 +14,7 @@ from symgen.errors import ParameterError, located, plain
 from symgen.robot.body import COUPLING, Body, CouplingDynamics, Dynamics, JointDynamics
 from symgen.robot.formats.chain import Chain
 from symgen.robot.formats.mjcf import ACCEPTED, Losses, MjcfTree
+from symgen.robot.formats.mjcf_drives import JointDrive, drive_edits
 from symgen.robot.formats.urdf import (
     CAVEAT,
     inertial_edit,
@@ -25,13 +26,16 @@ from symgen.robot.formats.xml import Edit, Element, edited, inserted, with_attri
 from symgen.robot.imported import read_text
 
 Drive = TypeVar("Drive", JointDynamics, CouplingDynamics)
+_NO_DRIVES: Mapping[str, JointDrive] = {}
 _HIGHER = ("damping_2", "damping_3")  # not written for an older MuJoCo
 #: Coulomb friction as hard as steps of 2 ms allow; MuJoCo softens it for longer steps (refsafe).
 _STICKING = {"solreffriction": "0.004 1", "solimpfriction": "0.99 0.99 0.001"}
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
 
-def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
+def updated_mjcf(
+    path: Path, dynamics: Dynamics, drives: Mapping[str, JointDrive] = _NO_DRIVES
+) -> str:
     """Return an MJCF with identified values.
 
     Links go into <inertial>. Rotor inertia, friction and springs become attributes of <joint>,
@@ -41,6 +45,7 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
     Args:
         path: path of the MJCF. All other bytes stay the same.
         dynamics: values of the imported robot. Links and joints without values stay unchanged.
+        drives: drives by names of joints, whose actuators and limits they replace.
 
     Raises:
         RobotError: the file cannot be read.
@@ -74,6 +79,8 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
             written = _attributes(own, angle, has_spring)
             if own.frictionloss and not keeps:
                 written |= _STICKING
+            if name in drives and "actuatorfrcrange" in text:
+                written["actuatorfrclimited"] = "false"
             edits.append(with_attributes(content, at, written))
         for pair in dynamics.couplings:
             one, two = (joint_name(chain, number) for number in (pair.first, pair.second))
@@ -84,6 +91,7 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
                 edits.append(with_attributes(content, at, _losses(own_pair)))
             else:
                 tendons += _tendon(one, two, pair)
+        edits += drive_edits(content, tree.root, drives)
         if tendons:
             if section is None:
                 section, tendons = (

@@ -1,0 +1,103 @@
+"""Write the drives of joints into an MJCF, as actuators of MuJoCo."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from symgen.errors import ParameterError, plain
+from symgen.robot.formats.mjcf import compiled
+from symgen.robot.formats.mjcf_torques import disabling
+from symgen.robot.formats.xml import Edit, Element, inserted
+
+#: Attributes of an actuator that stay; and those that stay where it followed a reference before.
+_KEPT, _KEPT_OF_SERVO = ("name", "group", "user"), ("class", "ctrlrange", "inheritrange")
+#: A small control and speed, at which no drive is at its limit, and largest relative difference.
+_SMALL, _SAME = 1e-3, 1e-9
+
+
+@dataclass(frozen=True)
+class JointDrive:
+    """The drive of a joint, as an actuator of MuJoCo.
+
+        tau = gain (ctrl - q) - damping qd  for "position",  tau = gain ctrl - damping qd  otherwise
+
+    Attributes:
+        kind: tag of the actuator: "position", "motor" or "dcmotor".
+        gain: N m (N) per unit of the control.
+        damping: N m s/rad (N s/m) of the actuator.
+        attributes: attributes of the actuator.
+        comment: a comment for the file, or "".
+    """
+
+    kind: str
+    gain: float
+    damping: float
+    attributes: Mapping[str, str]
+    comment: str = ""
+
+
+def drive_edits(content: bytes, root: Element, drives: Mapping[str, JointDrive]) -> Iterator[Edit]:
+    """Yield the edits of an MJCF that give joints their drives, in place of their actuators.
+
+    Args:
+        content: the UTF-8 text of the file.
+        root: its root.
+        drives: drives by names of joints.
+    """
+    sections = root.all("actuator")
+    written = [element for section in sections for element in section.children]
+    places = {element.attributes.get("joint"): element for element in written}
+    added = []
+    for joint, drive in drives.items():
+        at = places.get(joint)
+        words = {"joint": joint, **drive.attributes}
+        followed = at is not None and at.tag == drive.kind == "position"
+        if drive.kind == "position" and not followed:
+            words["ctrllimited"] = "false"
+        if at is not None:
+            kept = _KEPT + _KEPT_OF_SERVO * followed
+            words = {key: at.attributes[key] for key in kept if key in at.attributes} | words
+        line = "".join(f" {key}={quoteattr(value)}" for key, value in words.items())
+        line = f"{drive.comment}<{drive.kind}{line}/>"
+        if at is None:
+            added.append(line)
+        else:
+            yield at.start, at.end, line.encode()
+    if added and sections:
+        yield inserted(content, sections[0], added)
+    elif added:
+        lines = "".join(f"    {line}\n" for line in added)
+        yield root.close, root.close, f"  <actuator>\n{lines}  </actuator>\n".encode()
+
+
+def require_drives(path: Path, drives: Mapping[str, JointDrive]) -> None:
+    """Refuse an MJCF in which MuJoCo computes other torques of the drives than symgen wrote.
+
+    Args:
+        path: path of the file.
+        drives: drives by names of joints.
+
+    Raises:
+        ParameterError: other actuators move a joint, too, or a default of the file changes one.
+    """
+    import mujoco
+
+    model = compiled(path, [])
+    model.opt.disableflags |= disabling("CLAMPCTRL")
+    data = mujoco.MjData(model)
+    data.ctrl[:] = data.qvel[:] = _SMALL
+    for name in drives:
+        data.joint(name).qpos = 0.0
+    mujoco.mj_forward(model, data)
+    for name, drive in drives.items():
+        theirs = data.joint(name).qfrc_actuator.item()
+        ours = _SMALL * (drive.gain - drive.damping)
+        if abs(theirs - ours) > _SAME * drive.gain:
+            raise ParameterError(
+                f"{path.name}: MuJoCo computes another torque of the actuators of {plain(name)!r} "
+                "than written; accepted: a file in which at most one actuator moves the joint, "
+                "and no default of the file changes it"
+            )
