@@ -64,7 +64,7 @@ class Samples:
         command: (N, n) as in `Log`.
         imu: (N, 6) as in `Log`.
         drive_unit: "" if tau is a torque; "duty" or "V" if it is the input of the drives.
-        qr: (N, n) reference of the controller in rad (m), or None.
+        reference: (N, n) reference of the controller in rad (m), or None.
         duty: (N, n) input of the drives on the joint side, which hold it from its stamp; or None.
     """
 
@@ -83,7 +83,7 @@ class Samples:
     command: FloatArray | None = None
     imu: FloatArray | None = None
     drive_unit: str = ""
-    qr: FloatArray | None = None
+    reference: FloatArray | None = None
     duty: FloatArray | None = None
 
     @property
@@ -223,7 +223,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     return Samples(
         log.name, log.t, log.q, qd, log.tau, step, None, tuple(notes), log.qd is None, mask,
         qs=log.qs, command=log.command, imu=log.imu, drive_unit=log.drive_unit,
-        qr=log.qr, duty=log.duty,
+        reference=log.qr, duty=log.duty,
     )  # fmt: skip
 
 

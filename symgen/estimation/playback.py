@@ -212,7 +212,7 @@ def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
 
 
 def held_law(log: FilteredLog, controls: str) -> Law:
-    """Return controls of a log, "qr" or "duty", as a law that holds them until the next sample."""
+    """Return "reference" or "duty" of a log as a law that holds it until the next sample."""
     held = getattr(log.samples, controls)
 
     def law(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:  # noqa: ARG001

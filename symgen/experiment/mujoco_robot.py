@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from symgen.data.raw import FloatArray
+from symgen.data.raw import FloatArray, Places
 from symgen.errors import RobotError, first_of, located
 from symgen.names import ROTOR
 from symgen.robot.formats.mjcf import SLIDE, compiled
@@ -41,8 +41,8 @@ class MujocoRobot:
 
     Attributes:
         notes: differences from the file, one line each.
-        controls: what the actuators of the joints follow: the field of a log "qr" or "duty"; "" if
-            other, several or no actuators move a joint.
+        controls: what the actuators of the joints follow, "reference" or "duty"; "" if other,
+            several or no actuators move a joint.
 
     Raises:
         RobotError: MuJoCo is not installed, refuses the file or reads other inertias, or there is
@@ -65,30 +65,27 @@ class MujocoRobot:
             is_urdf = path.suffix.lower() == ".urdf"
             self.notes = _other_inertias(m, path) if is_urdf else []
         self._q, self._v = m.jnt_qposadr[places], m.jnt_dofadr[places]
-        self._driven, self._actuators = False, self._acting(places)
-        self.controls = self._controls()
+        self.controls, self._actuators = self._controlled(places)
+        self._driven = False
         locked = np.setdiff1d(np.arange(m.nv), self._v)
         m.dof_armature[locked] = _HOLDING
         for part in ("CONTACT", "LIMIT", "ACTUATION"):
             m.opt.disableflags |= disabling(part)
         m.opt.timestep = min(float(m.opt.timestep), _FINEST)
 
-    def _acting(self, joints: Sequence[int]) -> list[int]:
-        """Return the actuator of each joint; none if a joint has not exactly one."""
+    def _controlled(self, joints: Sequence[int]) -> tuple[str, Places]:
+        """Return `controls` and the actuators of joints."""
         m = self.model
-        on = np.isin(m.actuator_trntype, _ON_JOINT)
-        found = [np.flatnonzero(on & (m.actuator_trnid[:, 0] == joint)) for joint in joints]
-        return [int(k) for (k,) in found] if {len(k) for k in found} == {1} else []
-
-    def _controls(self) -> str:
-        m, k = self.model, self._actuators
-        if not k or m.actuator_dyntype[k].any():
-            return ""
+        on = np.flatnonzero(np.isin(m.actuator_trntype, _ON_JOINT))
+        found = [on[m.actuator_trnid[on, 0] == joint] for joint in joints]
+        k = np.concatenate(found)
+        if any(len(one) != 1 for one in found) or m.actuator_dyntype[k].any():
+            return "", k
         gain, back = m.actuator_gainprm[k, 0], m.actuator_biasprm[k, 1]
-        if np.allclose(back, -gain) and (m.actuator_gear[k, 0] == 1).all():
-            return "qr"
-        largest = np.abs(m.actuator_ctrlrange[k]).max() if m.actuator_ctrllimited[k].all() else 2
-        return "duty" if largest <= 1 and not back.any() else ""
+        if back.all() and np.allclose(back, -gain) and np.all(m.actuator_gear[k, 0] == 1):
+            return "reference", k
+        small = m.actuator_ctrllimited[k] & (np.abs(m.actuator_ctrlrange[k]) <= 1).all(axis=1)
+        return "duty" if small.all() and not back.any() else "", k
 
     def use_actuators(self) -> None:
         """Move the joints by their actuators; laws then return controls in place of torques."""

@@ -53,8 +53,6 @@ from symgen.views import Viewable
 SCHEMA = "symgen.simulation/1"
 MARKER, WINDOW = "simulation.json", "window.csv"
 _WINDOWS = 40  # maximum number of windows of a log
-#: What moves the robot, by the field of the log.
-_DRIVEN_BY = {"": "torque", "qr": "reference", "duty": "duty"}
 _SMOOTH = 5.0  # cutoff of the motion of a log, in comparison bands
 
 
@@ -195,22 +193,22 @@ def compare_simulations(
         notes=tuple(dict.fromkeys(notes)),
         measured=(t, measured),
         courses=tuple(moved[shown] for moved in courses),
-        driven_by=_DRIVEN_BY[controls],
+        driven_by=controls or "torque",
     )
 
 
 def _controls(logs: Sequence[Samples], machines: Sequence[MujocoRobot]) -> str:
-    """Return the field of the logs that the actuators of all files follow; "" for torques.
+    """Let actuators move the robots if the logs have duty; return what they follow, or "".
 
     Raises:
-        ParameterError: the logs have duty, and the files do not all follow a field that they have.
+        ParameterError: the logs have duty, and not what the actuators of all files follow.
     """
     if not any(log.drive_unit for log in logs):
         return ""
     controls = machines[0].controls
-    same = controls and all(machine.controls == controls for machine in machines)
     recorded = [getattr(log, controls, None) for log in logs]
-    if not same or any(x is None or np.isnan(x).any() for x in recorded):
+    missing = any(x is None or np.isnan(x).any() for x in recorded)
+    if missing or any(machine.controls != controls for machine in machines):
         raise ParameterError(
             "compare-sim: logs of duty have no torques; accepted: MJCF files in which one actuator "
             "moves each joint, position where the log has the reference qr1.., or motor with "

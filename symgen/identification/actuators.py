@@ -10,8 +10,6 @@ from symgen.identification.estimate import Estimate
 from symgen.robot.formats.mjcf_drives import JointDrive
 from symgen.robot.types import Robot
 
-_VISCOUS = "<!-- motorconst holds the viscous friction of the joint, too -->"
-
 
 def joint_drives(
     estimate: Estimate, robot: Robot, values: Mapping[str, float], kind: str | None
@@ -74,7 +72,7 @@ def _dcmotor(a: float, limit: float, supply: float, viscous: float) -> JointDriv
     resistance = constant * supply / a
     motor = {"motorconst": repr(constant), "resistance": repr(resistance), "gear": "1"}
     attributes = {**motor, **_control(supply * limit)}
-    return JointDrive("dcmotor", a / supply, viscous, attributes, _VISCOUS)
+    return JointDrive("dcmotor", a / supply, viscous, attributes)
 
 
 def _control(limit: float) -> dict[str, str]:

@@ -53,6 +53,10 @@ from symgen.robot.types import Joint, Robot
 #: Schema and name of the file that lists the parameters of drawn robots.
 SAMPLES, MARKER = "symgen.samples/1", "samples.json"
 _NO_ACTUATORS = "a URDF holds no actuators: export an MJCF to have the identified drives"
+_NO_SPEED = (
+    "an actuator of type position has no reference of the speed: where the controller uses kd qdr, "
+    "give the actuator qr + kd/kp qdr"
+)
 _CAVEAT = (
     "base parameters do not determine link parameters: these are one of infinitely many sets that "
     "give the same torques, and a single mass or centre need not be the robot's"
@@ -159,7 +163,7 @@ def identified_file(
         nearest=estimate.covariance,
     )
     mjcf = path.suffix.lower() == ".xml"
-    found = joint_drives(estimate, model.robot, links.values, actuator)
+    found = joint_drives(estimate, model.robot, links.values, actuator) if mjcf else {}
     drives = {imported.robot.joints[k - 1].name: drive for k, drive in found.items()}
     in_drives = [f"FV{k}" for k, drive in found.items() if drive.kind == "dcmotor"]
     identified = links.values
@@ -177,12 +181,14 @@ def identified_file(
                 f"their torque error on held-out folds of the training logs is {possible}, that of "
                 f"the identified X {least}"
             )
+    if any(drive.kind == "position" and drive.damping for drive in drives.values()):
+        notes.append(_NO_SPEED)
     if mjcf:
         text = updated_mjcf(path, dynamics, drives)
     else:
         text, _ = read_text(path, "accepted: a .urdf")
         text, contained = updated_urdf(text, dynamics, str(path)), set()
-        if drives:
+        if estimate.drives:
             notes.append(_NO_ACTUATORS)
         if any(joint.armature for joint in dynamics.joints):
             notes.append(

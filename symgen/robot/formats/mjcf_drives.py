@@ -10,10 +10,11 @@ from xml.sax.saxutils import quoteattr
 from symgen.errors import ParameterError, plain
 from symgen.robot.formats.mjcf import compiled
 from symgen.robot.formats.mjcf_torques import disabling
-from symgen.robot.formats.xml import Edit, Element, inserted
+from symgen.robot.formats.xml import Edit, Element
 
 #: Attributes of an actuator that stay; and those that stay where it followed a reference before.
 _KEPT, _KEPT_OF_SERVO = ("name", "group", "user"), ("class", "ctrlrange", "inheritrange")
+_COMMENTS = {"dcmotor": "<!-- motorconst holds the viscous friction of the joint, too -->"}
 #: A small control and speed, at which no drive is at its limit, and largest relative difference.
 _SMALL, _SAME = 1e-3, 1e-9
 
@@ -29,27 +30,24 @@ class JointDrive:
         gain: N m (N) per unit of the control.
         damping: N m s/rad (N s/m) of the actuator.
         attributes: attributes of the actuator.
-        comment: a comment for the file, or "".
     """
 
     kind: str
     gain: float
     damping: float
     attributes: Mapping[str, str]
-    comment: str = ""
 
 
-def drive_edits(content: bytes, root: Element, drives: Mapping[str, JointDrive]) -> Iterator[Edit]:
+def drive_edits(root: Element, drives: Mapping[str, JointDrive]) -> Iterator[Edit]:
     """Yield the edits of an MJCF that give joints their drives, in place of their actuators.
 
     Args:
-        content: the UTF-8 text of the file.
-        root: its root.
+        root: root of the file.
         drives: drives by names of joints.
     """
-    sections = root.all("actuator")
-    written = [element for section in sections for element in section.children]
-    places = {element.attributes.get("joint"): element for element in written}
+    written = [element for section in root.all("actuator") for element in section.children]
+    keys = "joint", "jointinparent"
+    places = {e.attributes[key]: e for e in written for key in keys if key in e.attributes}
     added = []
     for joint, drive in drives.items():
         at = places.get(joint)
@@ -61,15 +59,13 @@ def drive_edits(content: bytes, root: Element, drives: Mapping[str, JointDrive])
             kept = _KEPT + _KEPT_OF_SERVO * followed
             words = {key: at.attributes[key] for key in kept if key in at.attributes} | words
         line = "".join(f" {key}={quoteattr(value)}" for key, value in words.items())
-        line = f"{drive.comment}<{drive.kind}{line}/>"
+        line = f"{_COMMENTS.get(drive.kind, '')}<{drive.kind}{line}/>"
         if at is None:
-            added.append(line)
+            added.append(f"    {line}\n")
         else:
             yield at.start, at.end, line.encode()
-    if added and sections:
-        yield inserted(content, sections[0], added)
-    elif added:
-        lines = "".join(f"    {line}\n" for line in added)
+    if added:  # MuJoCo joins several sections
+        lines = "".join(added)
         yield root.close, root.close, f"  <actuator>\n{lines}  </actuator>\n".encode()
 
 
@@ -98,6 +94,6 @@ def require_drives(path: Path, drives: Mapping[str, JointDrive]) -> None:
         if abs(theirs - ours) > _SAME * drive.gain:
             raise ParameterError(
                 f"{path.name}: MuJoCo computes another torque of the actuators of {plain(name)!r} "
-                "than written; accepted: a file in which at most one actuator moves the joint, "
-                "and no default of the file changes it"
+                "than written; accepted: a file in which at most one actuator, which is not "
+                "included, moves the joint, and no default of all actuators changes it"
             )

@@ -91,7 +91,7 @@ def updated_mjcf(
                 edits.append(with_attributes(content, at, _losses(own_pair)))
             else:
                 tendons += _tendon(one, two, pair)
-        edits += drive_edits(content, tree.root, drives)
+        edits += drive_edits(tree.root, drives)
         if tendons:
             if section is None:
                 section, tendons = (
