@@ -143,8 +143,7 @@ def _of_duty(log: Log, drive: Drive | None) -> Log:
             refuse(what, "tau1.. or i1..; or duty of the joints and torque_side = 'joint'")
         signs = np.sign(np.diag(N))
         tau, u = tau * signs, u * signs
-    duty = read_only(u) if log.drive_unit == "duty" else None
-    return replace(_with_input(log, tau, *notes), duty=duty)
+    return replace(_with_input(log, tau, *notes), duty=read_only(u))
 
 
 def held(t: FloatArray, u: FloatArray) -> FloatArray:

@@ -65,7 +65,8 @@ class Samples:
         imu: (N, 6) as in `Log`.
         drive_unit: "" if tau is a torque; "duty" or "V" if it is the input of the drives.
         reference: (N, n) reference of the controller in rad (m), or None.
-        duty: (N, n) input of the drives on the joint side, which hold it from its stamp; or None.
+        duty: (N, n) input of the drives in drive_unit on the joint side, which hold it from its
+            stamp; or None.
     """
 
     name: str

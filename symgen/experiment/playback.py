@@ -208,7 +208,8 @@ def _controls(logs: Sequence[Samples], machines: Sequence[MujocoRobot]) -> str:
     controls = machines[0].controls
     recorded = [getattr(log, controls, None) for log in logs]
     missing = any(x is None or np.isnan(x).any() for x in recorded)
-    if missing or any(machine.controls != controls for machine in machines):
+    volts = controls == "duty" and any(log.drive_unit != controls for log in logs)
+    if missing or volts or any(machine.controls != controls for machine in machines):
         raise ParameterError(
             "compare-sim: logs of duty have no torques; accepted: MJCF files in which one actuator "
             "moves each joint, position where the log has the reference qr1.., or motor with "

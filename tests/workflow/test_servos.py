@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,8 +11,9 @@ import pytest
 from oracles import servos
 
 import symgen
+from symgen.experiment.playback import compare_simulations
 from symgen.identification.estimate import Estimate
-from symgen.robot.tables import Drive
+from symgen.robot.tables import Drive, Servo
 from symgen.robot.types import Robot
 
 LOAD, PLACE = 0.8, (0.01, 0.01, -0.22)  # kg, m in the body of the last link
@@ -28,7 +30,8 @@ class Recorded:
         file = folder / "leg.xml"
         file.write_text(servos.mjcf(self.arm))
         self.file = file
-        self.robot = replace(symgen.read_robot(file), payload=3)
+        gains = Servo((self.arm.gain,) * 3, (0.0,) * 3, unit="duty")
+        self.robot = replace(symgen.read_robot(file), payload=3, controller=gains)
         self.train = [servos.recorded(self.arm, f"train{k}", rng, 40.0) for k in range(2)]
         self.test = servos.recorded(self.arm, "test", rng, 20.0)
         load = LOAD, PLACE
@@ -90,6 +93,45 @@ def test_a_later_load_is_weighed_by_the_same_drives(
     assert load.mass.value == pytest.approx(0.5, rel=0.02)
     predicted = symgen.predict(recorded.robot, recorded.test, tmp_path / "known")
     assert predicted.error.relative == pytest.approx(known.torque_validation.relative, rel=1e-9)
+
+
+def with_servos(arm: servos.Arm, file: Path, kp: list[float], force: list[float]) -> Path:
+    """A file of an arm with position actuators."""
+    actuators = "".join(
+        f'<position joint="joint{j + 1}" kp="{kp[j]!r}" forcerange="{-force[j]!r} {force[j]!r}"/>'
+        for j in range(arm.n)
+    )
+    text = re.sub("<general.*(?=</actuator>)", actuators, servos.mjcf(arm))
+    file.write_text(text.replace(f'timestep="{servos.TIMESTEP}"', 'timestep="0.001"'))
+    return file
+
+
+def test_an_exported_arm_follows_the_reference_as_the_true_one_does(
+    recorded: Recorded, known: Estimate, tmp_path: Path
+) -> None:
+    arm, off = recorded.arm, np.array([1.25, 0.75, 1.3])
+    strength = arm.a * arm.gain
+    true = replace(arm, viscous=arm.viscous + arm.b)  # no limit clips the back-EMF
+    typical = {key: np.full(3, x) for key, x in (("rotor", 0.01), ("coulomb", 0.1))}
+    makers = replace(
+        arm,
+        mass=off * arm.mass,
+        inertia=off[:, None] * arm.inertia,
+        viscous=0.1 + 0 * off,
+        **typical,
+    )
+    files = [
+        tmp_path / "identified.xml",
+        with_servos(true, tmp_path / "true.xml", strength.tolist(), arm.a.tolist()),
+        with_servos(makers, tmp_path / "makers.xml", [50.0] * 3, (1.1 * arm.a).tolist()),
+    ]
+    symgen.write(known, tmp_path / "known", robot=recorded.robot)
+    files[0].write_text(symgen.export(tmp_path / "known", files[2]).text)
+    found = compare_simulations(files, [recorded.test], robot=recorded.robot)
+    assert found.driven_by == "reference"
+    ours, best, theirs = (file.horizons[-1].position_error for file in found.files)
+    assert ours < 1.1 * best
+    assert ours < 0.2 * theirs
 
 
 def test_without_a_mass_everything_is_counted_in_duty(recorded: Recorded, tmp_path: Path) -> None:
