@@ -54,7 +54,7 @@ def joint_drives(
             out[drive.joint] = _dcmotor(a, limit, supply[j], values.get(f"FV{drive.joint}", 0.0))
         else:
             attributes = {"gear": repr(a), "forcelimited": "false", **_control(limit)}
-            out[drive.joint] = JointDrive("motor", a, 0.0, attributes)
+            out[drive.joint] = JointDrive("motor", a, 0.0, attributes, limit)
     return out
 
 
@@ -71,8 +71,8 @@ def _dcmotor(a: float, limit: float, supply: float, viscous: float) -> JointDriv
     constant = supply * viscous / a
     resistance = constant * supply / a
     motor = {"motorconst": repr(constant), "resistance": repr(resistance), "gear": "1"}
-    attributes = {**motor, **_control(supply * limit)}
-    return JointDrive("dcmotor", a / supply, viscous, attributes)
+    reach = supply * limit
+    return JointDrive("dcmotor", a / supply, viscous, {**motor, **_control(reach)}, reach)
 
 
 def _control(limit: float) -> dict[str, str]:

@@ -209,11 +209,16 @@ def test_a_file_in_which_another_actuator_moves_a_joint_is_refused(
     leg: Leg, tmp_path: Path, command
 ) -> None:
     two = '<actuator><motor joint="joint1"/><velocity joint="joint1" kv="3"/></actuator>'
+    weak = tmp_path / "weak.xml"  # the default of all actuators clips
+    weak.write_text(makers(leg, tmp_path, "").read_text().replace("ctrlrange", "forcerange"))
+    weak.write_text(weak.read_text().replace("ctrllimited", "forcelimited"))
     source = makers(leg, tmp_path, two)
-    code, _, err, _ = leg.export(command, tmp_path / "out.xml", source=source)
-    assert code != 0
-    assert "at most one actuator, which is not" in err
-    assert not (tmp_path / "out.xml").exists()
+    for file, kind in ((source, "motor"), (source, "position"), (weak, "dcmotor")):
+        options = "--actuator", kind
+        code, _, err, _ = leg.export(command, tmp_path / "out.xml", *options, source=file)
+        assert code != 0
+        assert "one actuator at most of the joint, in the file itself" in err
+        assert not (tmp_path / "out.xml").exists()
 
 
 def moved(arm: servos.Arm, folder: Path, *, reference: bool) -> Path:
