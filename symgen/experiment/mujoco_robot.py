@@ -66,7 +66,7 @@ class MujocoRobot:
             self.notes = _other_inertias(m, path) if is_urdf else []
         self._q, self._v = m.jnt_qposadr[places], m.jnt_dofadr[places]
         self.controls, self._actuators = self._controlled(places)
-        self._driven = False
+        self._moved = "qfrc_applied", self._v
         locked = np.setdiff1d(np.arange(m.nv), self._v)
         m.dof_armature[locked] = _HOLDING
         for part in ("CONTACT", "LIMIT", "ACTUATION"):
@@ -89,7 +89,7 @@ class MujocoRobot:
 
     def use_actuators(self) -> None:
         """Move the joints by their actuators; laws then return controls in place of torques."""
-        self._driven = True
+        self._moved = "ctrl", self._actuators
         self.model.opt.disableflags &= ~disabling("ACTUATION")
 
     @quiet()
@@ -105,6 +105,8 @@ class MujocoRobot:
         m = self.model
         d = mujoco.MjData(m)
         d.qpos[self._q], d.qvel[self._v] = q, qd
+        key, places = self._moved
+        moved = getattr(d, key)
         out = np.full((len(t), len(self._q)), np.nan)
         steps = np.round((t - t[0]) / m.opt.timestep).astype(int)
         step, row = 0, 0
@@ -114,11 +116,7 @@ class MujocoRobot:
                 row += 1
                 continue
             at = float(t[0] + (step + 0.5) * m.opt.timestep)
-            moving = law(at, d.qpos[self._q], d.qvel[self._v])
-            if self._driven:
-                d.ctrl[self._actuators] = moving
-            else:
-                d.qfrc_applied[self._v] = moving
+            moved[places] = law(at, d.qpos[self._q], d.qvel[self._v])
             mujoco.mj_step(m, d)
             step += 1
             if not np.isfinite(d.qpos).all() or d.time < 0.5 * step * m.opt.timestep:

@@ -33,35 +33,39 @@ def joint_drives(
     """
     found = [drive for drive in estimate.drives if drive.unit.endswith("per duty")]
     servo, about = robot.controller, robot.drive
-    in_duty = servo is not None and servo.unit == "duty"
-    chosen = kind or ("position" if in_duty else "motor")
-    supply = None if about is None else about.supply
     if not found:
         if kind is not None:
             _refuse(kind, "an estimate from logs of duty, or of volts with supply in [drive]")
         return {}
-    if chosen == "position" and not in_duty:
-        _refuse(chosen, '[controller] with kp, kd and unit = "duty" in the robot file')
-    if chosen == "dcmotor" and supply is None:
-        _refuse(chosen, "supply in [drive] of the robot file, V")
+    if kind is None:
+        kind = "motor" if servo is None or servo.unit != "duty" else "position"
+    joints = [drive.joint for drive in found]
+    torques = [drive.torque for drive in found]
     limits = (about and about.limit) or (1.0,) * robot.n
-    out = {}
-    for j, (drive, limit) in enumerate(zip(found, limits, strict=True)):
-        a = drive.torque
-        if chosen == "position" and servo is not None:
-            out[drive.joint] = _position(a, limit, servo.kp[j], servo.kd[j])
-        elif chosen == "dcmotor" and supply is not None:
-            out[drive.joint] = _dcmotor(a, limit, supply[j], values.get(f"FV{drive.joint}", 0.0))
-        else:
-            attributes = {"gear": repr(a), "forcelimited": "false", **_control(limit)}
-            out[drive.joint] = JointDrive("motor", a, 0.0, attributes, limit)
-    return out
+    if kind == "position":
+        if servo is None or servo.unit != "duty":
+            _refuse(kind, '[controller] with kp, kd and unit = "duty" in the robot file')
+        made = map(_position, torques, limits, servo.kp, servo.kd)
+    elif kind == "dcmotor":
+        if about is None or about.supply is None:
+            _refuse(kind, "supply in [drive] of the robot file, V")
+        viscous = [values.get(f"FV{joint}", 0.0) for joint in joints]
+        made = map(_dcmotor, torques, limits, about.supply, viscous)
+    else:
+        made = map(_motor, torques, limits)
+    return dict(zip(joints, made, strict=True))
 
 
 def _position(a: float, limit: float, kp: float, kd: float) -> JointDrive:
-    gains = {"kp": repr(a * kp), "kv": repr(a * kd), "gear": "1"}
-    force = {"forcelimited": "true", "forcerange": f"{-a * limit!r} {a * limit!r}"}
-    return JointDrive("position", a * kp, a * kd, {**gains, **force})
+    gain, damping, force = a * kp, a * kd, a * limit
+    gains = {"kp": repr(gain), "kv": repr(damping), "gear": "1"}
+    limits = {"forcelimited": "true", "forcerange": f"{-force!r} {force!r}"}
+    return JointDrive("position", gain, damping, {**gains, **limits})
+
+
+def _motor(a: float, limit: float) -> JointDrive:
+    attributes = {"gear": repr(a), "forcelimited": "false", **_control(limit)}
+    return JointDrive("motor", a, 0.0, attributes, limit)
 
 
 def _dcmotor(a: float, limit: float, supply: float, viscous: float) -> JointDrive:
