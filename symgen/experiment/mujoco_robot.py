@@ -84,8 +84,9 @@ class MujocoRobot:
         gain, back = m.actuator_gainprm[k, 0], m.actuator_biasprm[k, 1]
         if back.all() and np.allclose(back, -gain) and np.all(m.actuator_gear[k, 0] == 1):
             return "reference", k
-        small = m.actuator_ctrllimited[k] & (np.abs(m.actuator_ctrlrange[k]) <= 1).all(axis=1)
-        return "duty" if small.all() and not back.any() else "", k
+        small = np.abs(m.actuator_ctrlrange[k]) <= 1
+        of_duty = small.all() and m.actuator_ctrllimited[k].all() and not back.any()
+        return "duty" if of_duty else "", k
 
     def use_actuators(self) -> None:
         """Move the joints by their actuators; laws then return controls in place of torques."""

@@ -59,8 +59,10 @@ def drive_edits(root: Element, drives: Mapping[str, JointDrive]) -> Iterator[Edi
             words["ctrllimited"] = "false"
         if at is not None:
             kept = _KEPT + _KEPT_OF_SERVO * followed
-            words = {key: at.attributes[key] for key in kept if key in at.attributes} | words
-        line = "".join(f" {key}={quoteattr(value)}" for key, value in words.items())
+            old = at.attributes
+            words = {key: old[key] for key in kept if key in old} | words
+        pairs = words.items()
+        line = "".join(f" {key}={quoteattr(value)}" for key, value in pairs)
         line = f"{_COMMENTS.get(drive.kind, '')}<{drive.kind}{line}/>"
         if at is None:
             added.append(f"    {line}\n")
@@ -88,7 +90,8 @@ def require_drives(path: Path, drives: Mapping[str, JointDrive]) -> None:
         model.opt.disableflags |= disabling("CLAMPCTRL")
     data = mujoco.MjData(model)
     data.qvel[:] = _SMALL
-    data.ctrl[:] = max((drive.reach for drive in drives.values()), default=0.0)
+    largest = [drive.reach for drive in drives.values()]
+    data.ctrl[:] = max(largest, default=0.0)
     for name in drives:
         data.joint(name).qpos = 0.0
     mujoco.mj_forward(model, data)
