@@ -21,10 +21,10 @@ from symgen.data.raw import (
     CHANNELS,
     COLUMNS,
     DRIVING,
-    IMU,
+    NAMED,
     NUMBERED,
     ROLES,
-    SHARED,
+    VECTORS,
     Wanted,
     listed,
     option_for,
@@ -214,10 +214,8 @@ def _duty_as_torque(names: Sequence[str], wanted: Wanted) -> list[str]:
 
 def _place(column: str) -> tuple[str, int] | None:
     """Return role and number of a log column: ("q", 1) for q1; None for another name."""
-    if column in IMU:
-        return "imu", IMU.index(column) + 1
-    if column in ("t", *SHARED):
-        return column, 1
+    if column in NAMED:
+        return NAMED[column]
     match = NUMBERED.fullmatch(column)
     return match and (match[1], int(match[2]))
 
@@ -251,6 +249,9 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
     chosen = {role: option_for(role, have.values()) for role, have in columns.items()}
     for role in unused_torques(chosen, wanted.reading):
         del columns[role]
+    for role, vector in VECTORS.items():
+        if len(columns.get(role, vector)) < len(vector):
+            del columns[role]
     measured = columns.keys() & DRIVING
     if "t" not in columns:
         _refuse_without("t", names, columns, wanted)
@@ -260,8 +261,6 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
         refuse_currents()
     if not measured:
         _refuse_without("tau1", names, columns, wanted)
-    if len(columns.get("imu", IMU)) < len(IMU):
-        del columns["imu"]
     for role, have in columns.items():
         if role in BESIDE:  # only some joints may have it
             columns[role] = {j: name for j, name in have.items() if 0 <= j < len(columns["q"])}

@@ -57,7 +57,7 @@ def joint_side(log: Log, drive: Drive | None) -> Log:
         log = _of_currents(log, drive)
     elif log.tau is not None:
         log = _of_torques(log, drive)
-    elif log.qr is None:
+    elif log.qr is None and log.wrench is None:
         refuse("has currents alone", "torque_constant in [drive] of the robot file")
     if log.tau is not None and drive.gain is not None:
         note = "torques were multiplied by the gains of [drive]"

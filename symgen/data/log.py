@@ -25,9 +25,9 @@ from symgen.data.raw import (
     BESIDE,
     CHANNELS,
     DRIVING,
-    IMU,
     KEYS,
     TORQUES,
+    VECTORS,
     Bools,
     FloatArray,
     Raw,
@@ -86,11 +86,12 @@ def read_log(
     CSV and Parquet files have columns t, q1.., tau1.. and optional qd1... Duty u1.. may replace
     tau1... Names of a recorder (panda_joint1_position, pos_1, time) are matched. Some joints may
     also have qs1.. (a second encoder). The motion of a base with an IMU is fx, fy, fz (specific
-    force a - g) and wx, wy, wz (angular velocity), in its axes. Other columns are ignored. NPZ
-    files have arrays t (N,), q and tau (N, n), and optional qd and qs (N, n), and imu (N, 6), of
-    float or integer type; (N,) is accepted for a single joint. MCAP files and bags have messages
-    sensor_msgs/msg/JointState, whose effort is tau. Columns in other units (deg, ms, mNm, dates)
-    are converted if an option or the header says so. Empty cells are interpolated.
+    force a - g) and wx, wy, wz (angular velocity), in its axes; the wrench of a sensor is wfx to
+    wfz and wnx to wnz. Other columns are ignored. NPZ files have arrays t (N,), q and tau (N, n),
+    and optional qd and qs (N, n), imu and wrench (N, 6), of float or integer type; (N,) is accepted
+    for a single joint. MCAP files and bags have messages sensor_msgs/msg/JointState, whose effort
+    is tau. Columns in other units (deg, ms, mNm, dates) are converted if an option or the header
+    says so. Empty cells are interpolated.
 
     Args:
         path: the file, or the folder of a bag.
@@ -189,6 +190,7 @@ def make_log(
     duty: npt.ArrayLike | None = None,
     duty_unit: str = "duty",
     supply: npt.ArrayLike | None = None,
+    wrench: npt.ArrayLike | None = None,
 ) -> Log:
     """Make a log from arrays, with the checks of a log file. The arrays are copied.
 
@@ -196,7 +198,8 @@ def make_log(
         name: name of the log in messages and reports.
         t: (N,) time in s.
         q: (N, n) positions in rad (m). For a single joint, q, qd and tau may be (N,).
-        tau: (N, n) torques in N m (N); None if `current`, `duty` or `qr` is given.
+        tau: (N, n) torques in N m (N); None if `current`, `duty`, `qr` or `wrench` is
+            given.
         qd: (N, n) velocities in rad/s (m/s), or None.
         n: number of movable joints of the robot; None for that of the log.
         sigma: (n,) types of the movable joints (0 revolute, 1 prismatic); None for all revolute.
@@ -210,13 +213,15 @@ def make_log(
         duty: (N, n) input of the drives; or None.
         duty_unit: its unit, "duty" for -1 to 1 or "V".
         supply: (N,) or (N, n) voltage of the supply, V; or None.
+        wrench: (N, 6) force, N, and moment, N m, that the arm exerts on its tool, in the frame of
+            [sensor]; or None.
 
     Raises:
         LogError: fewer than 10 samples, different shapes, a value that is not finite, time that
             does not increase, a wrong number of joints, or degrees instead of radians.
     """
     arrays = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "qs": qs, "qr": qr,
-             "qdr": qdr, "imu": imu, "u": duty, "supply": supply}  # fmt: skip
+             "qdr": qdr, "imu": imu, "u": duty, "supply": supply, "wrench": wrench}  # fmt: skip
     with located(name):
         try:
             plain_arrays = {
@@ -323,9 +328,9 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
             arrays[role] = x
             missing[:, :, k] |= empty
     missing.setflags(write=False)
-    if "imu" in arrays:
-        columns = {f"imu{k}": name for k, name in enumerate(IMU, 1)}
-        _require_finite("imu", arrays["imu"], t, columns)
+    for role in arrays.keys() & VECTORS.keys():
+        columns = {f"{role}{k}": name for k, name in enumerate(VECTORS[role], 1)}
+        _require_finite(role, arrays[role], t, columns)
     if "supply" in arrays:
         if part and (wanted.drive is None or wanted.drive.supply is None):
             refuse("a long log with a supply has several means", "supply in [drive], V")
@@ -339,7 +344,7 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     log = Log(
         name, t, **channels, ignored=raw.ignored, notes=(*raw.notes, *notes),
         missing=missing if missing.any() else None,
-        converted=(*raw.converted, *rounded), imu=arrays.get("imu"),
+        converted=(*raw.converted, *rounded),
         drive_unit="" if channels["duty"] is None else raw.drive_unit,
     )  # fmt: skip
     log = of_movable_joints(log, wanted, part)
@@ -372,7 +377,7 @@ def of_movable_joints(log: Log, wanted: Wanted, part: bool = False) -> Log:
     if moving and not part:
         what = f"q{moving[0]} moves, and joint {moving[0]} is fixed in the robot file"
         refuse(what, "a log in which it stands still, or a robot in which it moves")
-    arrays = {key: x for key, x in _arrays(log) if key not in ("t", "imu")}
+    arrays = {key: x for key, x in _arrays(log) if key not in ("t", *VECTORS)}
     arrays = {key: x.take(kept, axis=1) for key, x in arrays.items()}
     note = f"{log.name}: the columns of fixed joints are not used"
     return _with(replace(log, notes=(*log.notes, note)), arrays)

@@ -28,32 +28,41 @@ Places = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Channel:
-    """A channel of logs with a column for each joint.
+    """A channel of logs: a column for each joint, or columns of its own.
 
     Attributes:
         key: its name in `Log`.
-        quantities: what it measures at a revolute joint, and at a prismatic one.
+        quantities: what it measures at a revolute joint, and at a prismatic one; or in each of its
+            own columns; empty if it has SI units in every file.
         missing: its place in `Log.missing`; None if only some joints may have it, without gaps.
         words: words for it in the column names of recorders; empty if the user has to name it.
         torque: whether the torques of a log follow from it.
+        columns: names of its own columns, without gaps; empty if it has one for each joint.
     """
 
     key: str
-    quantities: tuple[str, str]
+    quantities: tuple[str, ...]
     missing: int | None = None
     words: frozenset[str] = frozenset()
     torque: bool = False
+    columns: tuple[str, ...] = ()
 
 
 def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
+#: Columns of the motion of the base in its axes: specific force, m/s2, and angular velocity, rad/s.
+IMU = ("fx", "fy", "fz", "wx", "wy", "wz")
+#: Columns of what the arm exerts on its tool, in the axes of the frame of [sensor]: force, N, and
+#: moment about the origin of this frame, N m.
+WRENCH = ("wfx", "wfy", "wfz", "wnx", "wny", "wnz")
 _MOTION = ("angle", "length")
 _SPEED = ("rate", "speed")
 _EFFORT = _words("tau torque torques trq effort efforts eff")
 _DUTY = _words("duty pwm")
-#: Role, which begins the names of its columns (q1, q2, ..) -> channel.
+_FORCES = (*["force"] * 3, *["torque"] * 3)
+#: Role, which begins the names of columns of joints (q1, q2, ..) -> channel.
 CHANNELS = {
     "q": Channel("q", _MOTION, 0, _words("q pos position positions angle")),
     "qd": Channel("qd", _SPEED, 1, _words("qd dq vel velocity velocities speed")),
@@ -64,20 +73,26 @@ CHANNELS = {
     "qr": Channel("qr", _MOTION),
     "qdr": Channel("qdr", _SPEED),
     "supply": Channel("supply", ("voltage", "voltage")),
+    "imu": Channel("imu", (), columns=IMU),
+    "wrench": Channel("wrench", _FORCES, columns=WRENCH),
 }
-#: Channels of which each gives the torques of a log, and those with the reference.
+#: Channels of which each gives the torques of a log, and those of which a log has at least one.
 TORQUES = frozenset(role for role, channel in CHANNELS.items() if channel.torque)
-DRIVING = TORQUES | {"qr"}
+DRIVING = TORQUES | {"qr", "wrench"}
+#: Channels with columns of their own, and those of joints.
+VECTORS = {role: channel.columns for role, channel in CHANNELS.items() if channel.columns}
+_OF_JOINTS = {role: channel for role, channel in CHANNELS.items() if not channel.columns}
 #: Channels that only some joints may have.
-BESIDE = tuple(role for role, channel in CHANNELS.items() if channel.missing is None)
+BESIDE = tuple(role for role, channel in _OF_JOINTS.items() if channel.missing is None)
 #: Column names with the number of a joint: q1.., qd1.., tau1.., ...
-NUMBERED = re.compile(rf"({'|'.join(sorted(CHANNELS, reverse=True))})(0|[1-9][0-9]*)")
-ROLES = ("t", *CHANNELS, "imu")
+NUMBERED = re.compile(rf"({'|'.join(sorted(_OF_JOINTS, reverse=True))})(0|[1-9][0-9]*)")
+ROLES = ("t", *CHANNELS)
 #: Roles whose single column may be that of all joints.
 SHARED = ("supply",)
-#: Columns of the role imu, the motion of the base in its axes: specific force, m/s2, and angular
-#: velocity, rad/s.
-IMU = ("fx", "fy", "fz", "wx", "wy", "wz")
+#: Column names without the number of a joint -> role, and number among its columns.
+NAMED = {role: (role, 1) for role in ("t", *SHARED)}
+for _role, _columns in VECTORS.items():
+    NAMED |= {name: (_role, k) for k, name in enumerate(_columns, 1)}
 #: Accepted columns of a table, and arrays of an NPZ.
 COLUMNS = "t, q1.., optional qd1.., tau1.."
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
@@ -91,8 +106,8 @@ MASKS = ("rest", "saturation")
 ANGLES = ("deg", "rad")
 TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
-    f"t, {', '.join(f'{role}1..' for role in CHANNELS)}, fx.., wx.. ({', '.join(ROLES)} for NPZ; "
-    "q, qd, tau, i, u for a bag)"
+    f"t, {', '.join(f'{role}1..' for role in _OF_JOINTS)}, {', '.join(NAMED)} ({', '.join(ROLES)} "
+    "for NPZ; q, qd, tau, i, u for a bag)"
 )
 
 
@@ -150,6 +165,8 @@ class Reading:
             are 1, 2, ...
         range: lowest and highest position of each movable joint, rad (m), of a file with positions
             from -100 to 100; empty for other files.
+        wrench: whether to read the wrench of a sensor, without which the log is refused; torques
+            may then be missing, and are zero.
     """
 
     columns: Mapping[str, str] | str = field(default_factory=dict)
@@ -164,6 +181,7 @@ class Reading:
     decimal: str = ""
     header: bool = True
     range: tuple[tuple[float, float], ...] = ()
+    wrench: bool = False
 
     def __post_init__(self) -> None:
         """Check the options.
@@ -187,7 +205,7 @@ class Reading:
             accepted = "'.' or ',', and not the separator"
             raise LogError(f"--decimal {self.decimal!r}: accepted: {accepted}")
         for ours in self.pairs:
-            if ours not in (*ROLES, *IMU) and NUMBERED.fullmatch(ours) is None:
+            if ours not in (*ROLES, *NAMED) and NUMBERED.fullmatch(ours) is None:
                 raise LogError(f"--columns: {ours!r} is no column of a log; accepted: {_ROLES}")
         for what, values in (("--columns", self.pairs.values()), ("--joints", self.joints)):
             names = list(values)
@@ -347,6 +365,7 @@ class Log:
         supply: (N, n) recorded voltage of the supply, V, NaN for joints without it; or None.
         drive_unit: unit of tau if it is the input of the drives, "duty" or "V"; "" for torques in
             N m. Before `joint_side`, it is the unit of duty.
+        wrench: (N, 6) wrench on the tool as in WRENCH, or None.
     """
 
     name: str
@@ -368,6 +387,7 @@ class Log:
     duty: FloatArray | None = None
     supply: FloatArray | None = None
     drive_unit: str = ""
+    wrench: FloatArray | None = None
 
 
 def require_shapes(arrays: Mapping[str, Any]) -> None:
@@ -391,9 +411,9 @@ def require_shapes(arrays: Mapping[str, Any]) -> None:
             refuse(what, f"{role} ({samples[0]}, n)")
     counts = {role: (*x.shape, 1)[1] for role, x in arrays.items() if role != "t"}
     for role, count in counts.items():
-        if role == "imu":
-            if count != len(IMU):
-                refuse(f"columns of imu: {count}", f"{len(IMU)}: {', '.join(IMU)}")
+        if columns := VECTORS.get(role):
+            if count != len(columns):
+                refuse(f"columns of {role}: {count}", f"{len(columns)}: {', '.join(columns)}")
         elif count != counts["q"] and not (role in SHARED and count == 1):
             what = f"columns of q: {counts['q']}, of {role}: {count}"
             refuse(what, "as many of q and tau, and of what else there is")

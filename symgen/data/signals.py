@@ -62,7 +62,7 @@ class Samples:
         piece: whether it is a representative piece of a longer log.
         qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
         command: (N, n) as in `Log`.
-        imu: (N, 6) as in `Log`.
+        imu, wrench: (N, 6) as in `Log`.
         drive_unit: "" if tau is a torque; "duty" or "V" if it is the input of the drives.
         reference: (N, n) reference of the controller in rad (m), or None.
         duty: (N, n) input of the drives in drive_unit on the joint side, which hold it from its
@@ -86,6 +86,7 @@ class Samples:
     drive_unit: str = ""
     reference: FloatArray | None = None
     duty: FloatArray | None = None
+    wrench: FloatArray | None = None
 
     @property
     def length(self) -> float:
@@ -225,6 +226,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
         log.name, log.t, log.q, qd, log.tau, step, None, tuple(notes), log.qd is None, mask,
         qs=log.qs, command=log.command, imu=log.imu, drive_unit=log.drive_unit,
         reference=log.qr, duty=log.duty,
+        wrench=log.wrench,
     )  # fmt: skip
 
 
@@ -273,7 +275,7 @@ def _resampled(log: Log, times: FloatArray, *, smooth: bool) -> Log:
 
     curve = CubicSpline if smooth else PchipInterpolator
     arrays: dict[str, Any] = {"t": read_only(times)}
-    for key in ("q", "qd", "tau", "command", "qs", "imu", "qr", "duty"):
+    for key in ("q", "qd", "tau", "command", "qs", "imu", "wrench", "qr", "duty"):
         x = getattr(log, key)
         if x is not None:
             known = np.isfinite(x).all(axis=0)

@@ -377,7 +377,8 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
     Raises:
         LogError: a unit is unknown, an option has no column, or the rate contradicts a header.
     """
-    arrays = {role: x for role, x in raw.arrays.items() if role in CHANNELS}
+    measured = {role for role, channel in CHANNELS.items() if channel.quantities}
+    arrays = {role: x for role, x in raw.arrays.items() if role in measured}
     widths = {role: (*x.shape, 1)[1] for role, x in arrays.items()}
     for column in filter(None, wanted.reading.unit):
         if re.sub("[0-9]+", "", column) not in widths:
@@ -431,11 +432,12 @@ def _units_of_joints(
     odd = {unknown_unit(column) for column in columns}
     common = odd.pop() if len(odd) == 1 else ""
     out = []
-    shared = role in SHARED and len(columns) == 1
-    kept = [0] if shared else wanted.kept(len(columns))
+    channel = CHANNELS[role]
+    of_none = channel.columns or (role in SHARED and len(columns) == 1)
+    kept = [*range(len(columns))] if of_none else wanted.kept(len(columns))
     types = dict(zip(kept, wanted.sigma, strict=False))
     for j, column in enumerate(columns):
-        quantity = CHANNELS[role].quantities[types.get(j) == PRISMATIC]
+        quantity = channel.quantities[j if channel.columns else types.get(j) == PRISMATIC]
         if j not in kept:  # a fixed joint
             out.append((Unit("", quantity, 1.0), ""))
             continue

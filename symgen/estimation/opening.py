@@ -22,7 +22,7 @@ from symgen.data.log import (
 )
 from symgen.data.long_logs import Source as Source
 from symgen.data.mask import rms
-from symgen.data.raw import IMU, Reading, read_only, refuse, roles_with_unit, wanted_by
+from symgen.data.raw import IMU, WRENCH, Reading, read_only, refuse, roles_with_unit, wanted_by
 from symgen.data.signals import Samples, interpolated, noise_of_differences
 from symgen.errors import LogError, located
 from symgen.estimation.values import FloatArray
@@ -87,6 +87,14 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         log = with_servo_torques(log, robot.controller, robot.drive)
         if robot.imu:
             _require_base_motion(log)
+        if reading.wrench and log.wrench is None:
+            what = "lacks the wrench of the sensor"
+            refuse(what, f"columns {', '.join(WRENCH)} in N and N m (wrench (N, 6) for NPZ)")
+        if log.tau is None and reading.wrench:
+            return replace(log, tau=read_only(np.zeros(log.q.shape)))
+        if log.tau is None and log.current is None:
+            what = "has the wrench of a sensor and no torques"
+            refuse(what, "columns tau1..; or symgen payload --sensor")
         if log.tau is None:
             what = "has currents and no torques"
             refuse(what, "with torque_constant in [drive] of the robot file")
@@ -102,7 +110,8 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     beyond = () if log.drive_unit else _beyond_torque(tau, robot, log.name)
     notes = dict.fromkeys((*log.notes, *beyond))
     imu = log.imu if robot.imu else None
-    return replace(log, tau=read_only(tau), notes=tuple(notes), imu=imu)
+    wrench = log.wrench if reading.wrench else None
+    return replace(log, tau=read_only(tau), notes=tuple(notes), imu=imu, wrench=wrench)
 
 
 def _require_base_motion(log: Log) -> None:
