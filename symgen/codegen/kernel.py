@@ -16,7 +16,7 @@ LINK = "link"
 #: Scalar inputs.
 SCALARS = ("mass",)
 #: Inputs that all samples of a batch share.
-SHARED = ("X", "g")
+SHARED = ("X", "g", "load", "offset")
 
 
 @dataclass(frozen=True)

@@ -34,11 +34,12 @@ from symgen.symbolic import (
     placement,
     regressor,
     regrouping,
+    wrench,
 )
 
 #: The modules with derivations, by what these take.
 _DERIVING = (
-    (of_robot, (energy, friction, regressor, placement)),
+    (of_robot, (energy, friction, regressor, placement, wrench)),
     (of_plant, (dynamics, forward, passive, derivatives)),
     (of_base, (regrouping,)),
 )
@@ -90,6 +91,10 @@ _NEEDS = {
     "friction": (lambda s: bool(_rubbing(s)), "no friction and no effects"),
     "effects": (lambda s: bool(s.robot.effects), "no effects"),
     "columns": (lambda s: not s.robot.loaded, "friction that depends on the load of its joint"),
+    "sensor": (
+        lambda s: s.robot.sensor is not None and not s.robot.imu,
+        "no [sensor], or a base that moves",
+    ),
 }
 
 

@@ -209,6 +209,13 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Sensor:
+    """[sensor]: a force/torque sensor between the arm and its tool, at a [[frame]] of the file."""
+
+    frame: Name
+
+
+@dataclass(frozen=True)
 class Limits:
     """Limits of the movable joints and of the work cell; None if there is no limit.
 

@@ -35,6 +35,7 @@ from symgen.robot.tables import (
     LogForm,
     Loop,
     PayloadTable,
+    Sensor,
     Servo,
     word_check,
 )
@@ -50,7 +51,7 @@ from symgen.robot.types import (
 #: The tables of a file.
 _TABLES = (
     "robot", "geometry", "joint", "coupling", "payload", "limits", "drive", "controller", "log",
-    "effect", "loop", "frame",
+    "effect", "loop", "frame", "sensor",
 )  # fmt: skip
 _GRAVITY = [0, 0, Decimal("-9.81")]  # m/s2, for files without gravity
 _SIDE = Annotated[str, word_check("motor", "link")]
@@ -151,6 +152,7 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
     effects, sought = _effects(_repeated(data, "effect"), sigma, reader)
     payload = _once(data, "payload", PayloadTable, reader)
     loops = enumerate(_repeated(data, "loop"), 1)
+    frames = _frames(_repeated(data, "frame"), reader)
     robot = Robot(
         name=head.name,
         gravity=head.gravity,
@@ -164,7 +166,8 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
         effects=tuple(effects),
         sought=tuple(sought),
         drive=_drive(data, reader),
-        frames=_frames(_repeated(data, "frame"), reader),
+        frames=frames,
+        sensor=_sensor(data, frames, reader),
         controller=_once(data, "controller", Servo, reader),
         log=_once(data, "log", LogForm, reader),
         exact=head.exact,
@@ -351,6 +354,22 @@ def _frames(tables: Sequence[Any], reader: TableReader) -> tuple[Frame, ...]:
             )
         found[frame.name] = frame
     return tuple(found.values())
+
+
+def _sensor(data: Mapping[str, Any], frames: Sequence[Frame], reader: TableReader) -> Sensor | None:
+    """Return the sensor at the wrist.
+
+    Raises:
+        RobotError: its frame is not in the file, or does not move.
+    """
+    sensor: Sensor | None = _once(data, "sensor", Sensor, reader)
+    moving = [frame.name for frame in frames if frame.joint]
+    if sensor is not None and sensor.frame not in moving:
+        raise RobotError(
+            f"sensor, key 'frame': {shortened(sensor.frame)!r} is no [[frame]] of a joint; "
+            f"accepted: {', '.join(map(shortened, moving[:24])) or 'the name of a [[frame]]'}"
+        )
+    return sensor
 
 
 def _effects(

@@ -39,7 +39,7 @@ def robot_toml(robot: Robot) -> str:
         ranges = {name: ends for name, *ends in s.ranges}
         tables.append(("[[effect]]", _effect(s.effect, ranges)))
     tables += [("[[frame]]", _entries(frame)) for frame in robot.frames]
-    for key in ("limits", "drive", "controller", "log"):
+    for key in ("sensor", "limits", "drive", "controller", "log"):
         table = getattr(robot, key)
         if table is not None:
             ratio = {"ratio": _ratio(table)} if key == "drive" else {}

@@ -33,6 +33,7 @@ from symgen.robot.tables import (
     Limits,
     LogForm,
     Loop,
+    Sensor,
     Servo,
     Title,
     Width,
@@ -167,6 +168,7 @@ class Robot:
         payload: number of the joint whose link carries a load, or None.
         sought: effects that a diagnosis searches. A robot with such effects has no model.
         frames: frames of links in a file of another format.
+        sensor: force/torque sensor at one of these frames, or None.
         controller: gains of the controller that moved the robot in its logs.
         log: form of its logs, or None.
         exact: whether its base parameters are always those of the exact geometry, even if the
@@ -186,6 +188,7 @@ class Robot:
     sought: tuple[Sought, ...] = ()
     drive: Drive | None = None
     frames: tuple[Frame, ...] = ()
+    sensor: Sensor | None = None
     controller: Servo | None = None
     log: LogForm | None = None
     exact: bool = False
@@ -307,7 +310,7 @@ class Robot:
             joints=joints,
             limits=None,
             drive=None,
-            frames=(),
+            frames=() if self.sensor is None else (self.frame(self.sensor.frame),),
             controller=None,
             log=None,
         )

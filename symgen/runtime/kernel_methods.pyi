@@ -318,6 +318,24 @@ class KernelMethods:
         Outputs: a (6,).
         """
 
+    def tool_wrench(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        load: ArrayLike,
+        offset: ArrayLike,
+        *base: ArrayLike,
+        **named: ArrayLike,
+    ) -> FloatArray:
+        """Wrench of the arm on a tool behind the [sensor]: force, and moment about the origin of
+        its frame, in its axes; load is XX XY XZ YY YZ ZZ MX MY MZ M of the tool in this frame.
+
+        Inputs: q (n,), qd (n,), qdd (n,), load (10,), offset (6,), and g (3,) if gravity is an
+        input of the robot.
+        Outputs: w (6,).
+        """
+
     def base_parameters(self, standard: ArrayLike) -> FloatArray:
         """X from the standard parameters, in this order: model.base.standard.
 

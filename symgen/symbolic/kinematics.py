@@ -22,7 +22,7 @@ from symgen.symbolic.tape import Symbols, TapeBuilder, real_symbol
 ARGUMENTS = frozenset(
     "q qd qdd tau X out M C h p_out dl_out T_out U_out J_out N k i angle guard status qdr qddr b x "
     "rate_out dq_out dqd_out dtau_out link point J a kinetic_out potential_out standard mass com "
-    "inertia g".split()
+    "inertia g load offset w".split()
 )
 
 #: The steps to every joint, in file order.

@@ -20,7 +20,7 @@
 {% macro loaded() %}
 {% for a in inputs %}
         if (stride_{{ a.name }} != 0u) {
-            lanes_load({{ a.name }}, {{ a.size }}u, stride_{{ a.name }}, k, N, padded_{{ a.name }}, lanes_{{ a.name }});
+            lanes_read({{ a.name }}, {{ a.size }}u, stride_{{ a.name }}, k, N, padded_{{ a.name }}, lanes_{{ a.name }});
         }
 {% endfor %}
 {% endmacro %}

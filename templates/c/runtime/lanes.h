@@ -323,7 +323,7 @@ SELDOM const {{ dtype }} *lanes_last(
 
 /* Read the panel of sample k from rows of `size` numbers, `stride` apart, into BLOCKS(size) lanes.
  * Blocks reach behind a row, not behind the last one. */
-ALWAYS void lanes_load(const {{ dtype }} *rows, size_t size, size_t stride, size_t k, size_t N,
+ALWAYS void lanes_read(const {{ dtype }} *rows, size_t size, size_t stride, size_t k, size_t N,
     {{ dtype }} *padded, lanes *to)
 {
     rows = &rows[k * stride];
