@@ -31,6 +31,11 @@ from symgen.cli.progress import stages
     type=float,
     help="Uncertainty of the drive gains, % (std); included in every standard deviation.",
 )
+@click.option(
+    "--sensor",
+    is_flag=True,
+    help="Load from the wrench of the sensor in [sensor] (columns wfx..wnz), in its frame.",
+)
 @CUTOFF
 @reading_options
 @into("payload.json")
@@ -38,7 +43,8 @@ def payload(robot: str, into: Path, **options: Any) -> None:
     """Identify mass, centre of mass and inertia of the load that ROBOT carries in LOGS.
 
     symgen needs the robot without load: --parameters, or logs --without the load. Logs of the same
-    motions are best, because their common errors cancel.
+    motions are best, because their common errors cancel. With --sensor, the wrench of a
+    force/torque sensor at the wrist is enough.
     """
     import symgen
 

@@ -31,7 +31,7 @@ OPEN = 0.45
 _SPECTRUM_HZ = 50.0  # Hz: highest frequency of the speeds in the spectrum
 _GRID = np.linspace(0.0, _SPECTRUM_HZ, 2001)
 #: Cutoff of missing speeds over the comparison band: the filter loses (1/10)**8 of the motion.
-_MARGIN = 5.0
+MARGIN = 5.0
 #: Periods of the cutoff after which the impulse response of `lowpass` is below 1e-10 of its peak.
 TAIL = 9.6
 
@@ -120,7 +120,7 @@ def prepare(log: Log) -> Samples:
     s = sampled(log)
     if not s.velocity_derived:
         return s
-    cutoff = _MARGIN * comparison_band([s])
+    cutoff = MARGIN * comparison_band([s])
     filtered = None
     if can_filter(cutoff, s.step):
         filtered = cutoff

@@ -259,7 +259,8 @@ def _known_parameters(
     is below `symgen.policy.KNOWN`.
     """
     W = np.concatenate([e.W for e in rows_of(train).parts])
-    noise = noise_columns(campaign.evaluator, campaign.train, model)
+    evaluator = campaign.evaluator
+    noise = noise_columns(lambda log: model.equations(evaluator, log), campaign.train)
     known = identifiable_columns(W, noise / math.sqrt(KNOWN)).known
     return None if len(known) == W.shape[1] else known
 

@@ -32,31 +32,31 @@ from symgen.identification.campaign import Filtering
 from symgen.identification.curves import FILE, read_traces
 from symgen.identification.estimate import JointLabel, joints_of
 from symgen.identification.known_band import open_in_known_band
-from symgen.identification.load import COM, LABELS, Load, read_off
+from symgen.identification.load import (
+    COM,
+    LABELS,
+    Load,
+    Quantity,
+    quantities,
+    require_weight,
+)
 from symgen.identification.load_problem import LoadProblem, load_problem
 from symgen.identification.parameters import KnownParameters, read_known
 from symgen.identification.solving import settle_load
+from symgen.identification.wrist import Wrist, fit_wrist
 from symgen.parallel import Say, silent
-from symgen.policy import BEYOND, SHOWN
+from symgen.policy import SHOWN
 from symgen.robot.tables import Frame
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
-from symgen.schemas import BESIDE, Size, SizeOrNan, read_result, result_file, to_json
+from symgen.schemas import BESIDE, OPTIONAL, Size, SizeOrNan, read_result, result_file, to_json
 from symgen.views import Viewable
 
 SCHEMA = "symgen.payload/1"
 MARKER = "payload.json"
 #: Quantities of the traces: torque of a model without the load, and of one with it.
 WITHOUT, WITH = "torque without the load", "torque with the load"
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A value with its standard deviation; both are None if the logs do not determine it."""
-
-    value: float | None
-    std: Size | None
 
 
 @dataclass(frozen=True)
@@ -96,6 +96,8 @@ class Payload(Viewable):
         notes: texts about the run.
         joints: number, unit and name of each movable joint.
         joint: number of the joint whose link carries the load.
+        sensor: for a load from the wrench of a sensor, what else it shows; `residual` is then that
+            of its force, without offset, and `joints` is empty.
         traces: measured and modelled torque of each log with the load, for the quantities WITHOUT
             and WITH the load.
     """
@@ -116,6 +118,7 @@ class Payload(Viewable):
     notes: tuple[str, ...]
     joints: tuple[JointLabel, ...]
     joint: int
+    sensor: Annotated[Wrist | None, OPTIONAL] = None
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
 
     def __repr__(self) -> str:
@@ -170,6 +173,7 @@ def payload(
     mass: float | None = None,
     gain: float | None = None,
     cutoff: float | None = None,
+    sensor: bool = False,
     reading: Reading | None = None,
     progress: Say = silent,
 ) -> Payload:
@@ -190,6 +194,9 @@ def payload(
             inertias; by default that of [drive].
         cutoff: cutoff of the filter of positions and speeds, Hz; by default that of the file of
             parameters, or else the one that suits the logs best.
+        sensor: whether to identify the load from the wrench of the sensor in [sensor], in its
+            frame. With parameters or logs without the load, that of the joint torques stands beside
+            it.
         reading: options of reading and masking.
         progress: called with a text about the current step.
 
@@ -202,6 +209,17 @@ def payload(
     """
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
+    if sensor:
+        if frame or mass is not None:
+            raise ParameterError(
+                "--frame and --mass: a load by --sensor is in the frame of [sensor], with its own "
+                "mass; accepted: neither"
+            )
+        found = _behind_sensor(read_robot(robot), loaded, reading, cutoff, progress)
+        if parameters is None and not bare:
+            return found
+        options = {"parameters": parameters, "without": bare, "gain": gain, "cutoff": cutoff}
+        return _beside_torques(found, robot, loaded, reading=reading, progress=progress, **options)
     if parameters is None and not bare:
         raise IdentificationError(
             "the parameters of the robot without the load are unknown; accepted: --parameters with "
@@ -256,15 +274,15 @@ def payload(
     _require_link(solved.problem, X, link, errors.after)
     if mass is None:
         _require_mass(body, source.label(link))
-    quantities, more = _quantities(body, mass, (gain or 0.0) / 100)
-    body_mass, x, y, z, xx, xy, xz, yy, yz, zz = quantities
+    values, more = quantities(body, mass, (gain or 0.0) / 100)
+    body_mass, x, y, z, xx, xy, xz, yy, yz, zz = values
     return Payload(
         robot=source.name,
         frame=frame or link,
         mass=body_mass,
         com=(x, y, z),
         inertia=(xx, xy, xz, yy, yz, zz),
-        identifiable=tuple(n for n, q in zip(LABELS, quantities, strict=True) if q.std is not None),
+        identifiable=tuple(n for n, q in zip(LABELS, values, strict=True) if q.std is not None),
         gain_uncertainty_percent=gain,
         residual=errors,
         method=f"weighted least squares of torque: {how}",
@@ -275,6 +293,45 @@ def payload(
         joint=link,
         traces=traces,
     )
+
+
+def _behind_sensor(
+    robot: Robot, logs: Sequence[Source], reading: Reading | None, cutoff: float | None, say: Say
+) -> Payload:
+    """Identify the load from the wrench of the sensor, see `fit_wrist`."""
+    fitted = fit_wrist(robot, logs, reading, cutoff, say)
+    values, more = quantities(fitted.tool)
+    mass, x, y, z, xx, xy, xz, yy, yz, zz = values
+    return Payload(
+        robot=robot.name,
+        frame=fitted.frame.name,
+        mass=mass,
+        com=(x, y, z),
+        inertia=(xx, xy, xz, yy, yz, zz),
+        identifiable=tuple(n for n, q in zip(LABELS, values, strict=True) if q.std is not None),
+        gain_uncertainty_percent=None,
+        residual=LoadErrors(1.0, fitted.error, fitted.noise, (), ()),
+        method="weighted least squares of the wrench of the sensor",
+        band=fitted.band,
+        repairs=fitted.repairs,
+        notes=fitted.notes + more,
+        joints=(),
+        joint=fitted.frame.joint,
+        sensor=fitted.wrist,
+        traces=fitted.traces,
+    )
+
+
+def _beside_torques(found: Payload, robot: Any, logs: Sequence[Source], **options: Any) -> Payload:
+    """Return the load by the sensor with that of the joint torques, or a note why there is none."""
+    assert found.sensor is not None
+    try:
+        other = payload(robot, logs, frame=found.frame_label, **options)
+    except IdentificationError as error:
+        note = f"joint torques: {error}"
+        return replace(found, notes=(*found.notes, note))
+    ours, theirs = ([q for _, q, _ in one.rows()] for one in (found, other))
+    return replace(found, sensor=found.sensor.beside(ours, theirs))
 
 
 def _without_load(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> FloatArray:
@@ -383,40 +440,4 @@ def _require_mass(body: Load, link: str) -> None:
             f"the logs do not determine the mass of a load on the link of {link}; accepted: logs "
             "in which it is turned against gravity, or --mass"
         )
-    mass, std = read_off(body.s)[0], body.std()[0]
-    if mass < BEYOND * std:
-        raise IdentificationError(
-            f"the logs show no load on the link of {link}: its mass is {mass:.3g} kg with a "
-            f"standard deviation of {std:.3g} kg; accepted: logs recorded with the load"
-        )
-
-
-def _quantities(
-    estimated: Load, mass: float | None, gain: float
-) -> tuple[list[Quantity], tuple[str, ...]]:
-    """Return mass, centre of mass and inertia of the nearest possible load, and notes.
-
-    A moment or product of inertia is determined if its noise is below the largest moment that is
-    beyond its own noise.
-
-    Args:
-        estimated: the load of the equations.
-        mass: known mass, kg; None if unknown.
-        gain: relative standard deviation of the gains of the drives, which scale masses and
-            inertias.
-    """
-    body, notes = estimated.nearest(mass), list[str]()
-    if body is not estimated:
-        notes.append("the load is the most probable one that is physically possible")
-    values, std, known = read_off(body.s), estimated.std(), estimated.determined()
-    scaled = np.array([1.0, 0, 0, 0, *[1.0] * 6])
-    if mass is not None:
-        std[0] = scaled[0] = 0.0
-    std = np.hypot(std, gain * scaled * np.abs(values))
-    sure = np.where(values > BEYOND * std, values, 0.0)
-    inertia = sure[-len(names.INERTIA) :].max()  # products are smaller than moments
-    out = []
-    for name, value, deviation in zip(LABELS, values.tolist(), std.tolist(), strict=True):
-        shown = name in known and (name not in names.INERTIA or BEYOND * deviation < inertia)
-        out.append(Quantity(value, deviation) if shown else Quantity(None, None))
-    return out, tuple(notes)
+    require_weight(body, f"on the link of {link}")

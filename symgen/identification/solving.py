@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -246,7 +246,7 @@ def solve_equations(
 
 
 def noise_columns(
-    evaluator: Evaluator, logs: Sequence[FilteredLog], model: EquationModel
+    equations: Callable[[FilteredLog], Rows], logs: Sequence[FilteredLog]
 ) -> FloatArray:
     """Return the change of the regressor due to noise of positions and speeds, (K, p).
 
@@ -255,9 +255,8 @@ def noise_columns(
     It uses one draw of white noise with the standard deviations of the channels.
 
     Args:
-        evaluator: the compiled model.
+        equations: returns the equations of a log.
         logs: logs in the band of the run.
-        model: model of the equations.
     """
     draw, out = np.random.default_rng(SEED), []
     for log in logs:
@@ -266,7 +265,7 @@ def noise_columns(
         for key in ("q", "qd"):
             x = getattr(s, key)
             noisy[key] = x + channel_noise(x) * draw.normal(size=x.shape)
-        pair = (model.equations(evaluator, filter_log(x, band)) for x in (s, replace(s, **noisy)))
+        pair = (equations(filter_log(x, band)) for x in (s, replace(s, **noisy)))
         a, b = pair
         out.append((b.W - a.W)[a.weight > 0])
     return np.concatenate(out)
