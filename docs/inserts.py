@@ -22,7 +22,7 @@ RESULTS = {
     "estimate.json": ("symgen.identification.estimate", "Estimate"),
     "diagnosis.json": ("symgen.diagnosis.diagnosis", "Diagnosis"),
     "prediction.json": ("symgen.identification.prediction", "Prediction"),
-    "payload.json": ("symgen.identification.payload", "Payload"),
+    "payload.json": ("symgen.identification.load_result", "Payload"),
     "simulation.json": ("symgen.experiment.playback", "SimulationComparison"),
     "study.json": ("symgen.experiment.study", "Study"),
 }

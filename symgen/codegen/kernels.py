@@ -34,12 +34,11 @@ from symgen.symbolic import (
     placement,
     regressor,
     regrouping,
-    wrench,
 )
 
 #: The modules with derivations, by what these take.
 _DERIVING = (
-    (of_robot, (energy, friction, regressor, placement, wrench)),
+    (of_robot, (energy, friction, regressor, placement)),
     (of_plant, (dynamics, forward, passive, derivatives)),
     (of_base, (regrouping,)),
 )

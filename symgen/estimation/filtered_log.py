@@ -286,7 +286,7 @@ class FilteredLog:
     def free(self) -> Bools:
         """Whether a kept sample of a joint is out of the reach of the mask, (K, n)."""
         if self.weight is None:
-            return np.ones((len(self.kept), self.q.shape[1]), dtype=bool)
+            return np.ones((len(self.kept), self.tau.shape[1]), dtype=bool)
         weight = self.weight
         if self.rows.cutoff is None:
             return weight[self.kept] > _HARDLY

@@ -88,13 +88,11 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         if robot.imu:
             _require_base_motion(log)
         if reading.wrench and log.wrench is None:
-            what = "lacks the wrench of the sensor"
-            refuse(what, f"columns {', '.join(WRENCH)} in N and N m (wrench (N, 6) for NPZ)")
+            refuse("lacks the wrench of the sensor", f"columns {', '.join(WRENCH)}, N and N m")
         if log.tau is None and reading.wrench:
-            return replace(log, tau=read_only(np.zeros(log.q.shape)))
+            return replace(log, tau=read_only(0 * log.q))
         if log.tau is None and log.current is None:
-            what = "has the wrench of a sensor and no torques"
-            refuse(what, "columns tau1..; or symgen payload --sensor")
+            refuse("has a wrench and no torques", "tau1.., or symgen payload --sensor")
         if log.tau is None:
             what = "has currents and no torques"
             refuse(what, "with torque_constant in [drive] of the robot file")
@@ -110,8 +108,7 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     beyond = () if log.drive_unit else _beyond_torque(tau, robot, log.name)
     notes = dict.fromkeys((*log.notes, *beyond))
     imu = log.imu if robot.imu else None
-    wrench = log.wrench if reading.wrench else None
-    return replace(log, tau=read_only(tau), notes=tuple(notes), imu=imu, wrench=wrench)
+    return replace(log, tau=read_only(tau), notes=tuple(notes), imu=imu)
 
 
 def _require_base_motion(log: Log) -> None:

@@ -289,7 +289,7 @@ def column_norms(R: FloatArray) -> FloatArray:
     return np.where(norms > 0, norms, 1.0)
 
 
-def null_space(R: FloatArray, noise: FloatArray) -> FloatArray:
+def _null_space(R: FloatArray, noise: FloatArray) -> FloatArray:
     """Return the combinations of columns that do not exceed noise, of unit norm, one a row.
 
     Args:
@@ -311,7 +311,7 @@ def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
         names: names of its columns.
     """
     rounding = SINGULAR * (float(np.linalg.norm(R, 2)) or 1.0)
-    null = null_space(R, rounding * np.eye(len(R)))
+    null = _null_space(R, rounding * np.eye(len(R)))
     if len(null) == 0:
         return ""
     share = np.linalg.norm(null, axis=0)
@@ -360,5 +360,5 @@ def identifiable_columns(W: FloatArray, noise: FloatArray | None = None) -> Iden
         ratio = R[:, tried] @ np.linalg.inv(of_noise)
         if np.linalg.svd(ratio, compute_uv=False)[-1] > 1:
             kept.append(k)
-    open_ = np.linalg.norm(null_space(R, E), axis=0)
+    open_ = np.linalg.norm(_null_space(R, E), axis=0)
     return IdentifiableColumns(kept, [k for k in kept if open_[k] <= _SHARE])

@@ -8,13 +8,12 @@ direction of s that the logs do not determine.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from symgen import names
-from symgen.errors import IdentificationError, ParameterError
+from symgen.errors import ParameterError
 from symgen.estimation.values import FloatArray
 from symgen.identification.interior import Positive, minimise
 from symgen.identification.possible import deviation_axes
@@ -26,9 +25,7 @@ from symgen.identification.pseudo_inertia import (
     least_eigenvalues,
     parameters_of,
 )
-from symgen.policy import BEYOND
 from symgen.robot.tables import Frame
-from symgen.schemas import Size
 
 COM = ("cx", "cy", "cz")
 #: Names of mass, centre of mass and inertia about it, in the order of `read_off`.
@@ -40,25 +37,6 @@ UNITS = np.array([*[LENGTH**2] * 6, *[LENGTH] * 3, 1.0])
 SMALL = 1e-6
 #: Weight of the squared size of undetermined directions.
 _FAINT = 1e-6
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A value with its standard deviation; both are None if the logs do not determine it."""
-
-    value: float | None
-    std: Size | None
-
-    def minus(self, other: Quantity) -> Quantity:
-        """Return the difference of two independent quantities."""
-        if self.value is None or other.value is None:
-            return UNKNOWN
-        std = math.hypot(self.std or 0.0, other.std or 0.0)
-        return Quantity(self.value - other.value, std)
-
-
-#: A quantity that the logs do not determine.
-UNKNOWN = Quantity(None, None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,55 +118,6 @@ def read_off(s: FloatArray) -> FloatArray:
     if not np.isfinite(com).all():
         raise ParameterError("the load has no mass: the logs with and without it do not differ")
     return np.array([mass, *com, *inertia[np.triu_indices(3)]])
-
-
-def require_weight(body: Load, place: str) -> None:
-    """Refuse a load whose mass is not above 3 standard deviations.
-
-    Args:
-        body: the load.
-        place: its place, for the message.
-
-    Raises:
-        IdentificationError: the logs show no load.
-    """
-    mass, std = read_off(body.s)[0], body.std()[0]
-    if mass < BEYOND * std:
-        raise IdentificationError(
-            f"the logs show no load {place}: its mass is {mass:.3g} kg with a standard deviation "
-            f"of {std:.3g} kg; accepted: logs recorded with the load"
-        )
-
-
-def quantities(
-    estimated: Load, mass: float | None = None, gain: float = 0.0
-) -> tuple[list[Quantity], tuple[str, ...]]:
-    """Return mass, centre of mass and inertia of the nearest possible load, and notes.
-
-    A moment or product of inertia is determined if its noise is below the largest moment that is
-    beyond its own noise.
-
-    Args:
-        estimated: the load of the equations.
-        mass: known mass, kg; None if unknown.
-        gain: relative standard deviation of the gains of the drives, which scale masses and
-            inertias.
-    """
-    body, notes = estimated.nearest(mass), list[str]()
-    if body is not estimated:
-        notes.append("the load is the most probable one that is physically possible")
-    values, std, known = read_off(body.s), estimated.std(), estimated.determined()
-    scaled = np.array([1.0, 0, 0, 0, *[1.0] * 6])
-    if mass is not None:
-        std[0] = scaled[0] = 0.0
-    std = np.hypot(std, gain * scaled * np.abs(values))
-    sure = np.where(values > BEYOND * std, values, 0.0)
-    inertia = sure[-len(names.INERTIA) :].max()  # products are smaller than moments
-    out = []
-    for name, value, deviation in zip(LABELS, values.tolist(), std.tolist(), strict=True):
-        shown = name in known and (name not in names.INERTIA or BEYOND * deviation < inertia)
-        out.append(Quantity(value, deviation) if shown else Quantity(None, None))
-    return out, tuple(notes)
 
 
 def _slopes(s: FloatArray) -> FloatArray:

@@ -10,157 +10,41 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from symgen import names
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import Reading
 from symgen.errors import IdentificationError, ParameterError, RobotError, shortened
-from symgen.estimation.band import Band
 from symgen.estimation.equation_model import JUDGING, EquationModel
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.opening import Source, listed_logs, require_logs, require_other_data
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Trace
-from symgen.faults.fault import Fault
 from symgen.identification.campaign import Filtering
-from symgen.identification.curves import FILE, read_traces
-from symgen.identification.estimate import JointLabel, joints_of
+from symgen.identification.estimate import joints_of
 from symgen.identification.known_band import open_in_known_band
-from symgen.identification.load import (
-    COM,
-    LABELS,
-    Load,
-    Quantity,
-    quantities,
-    require_weight,
-)
 from symgen.identification.load_problem import LoadProblem, load_problem
+from symgen.identification.load_result import (
+    WITH,
+    WITHOUT,
+    LoadErrors,
+    Payload,
+    payload_of,
+    require_mass,
+)
 from symgen.identification.parameters import KnownParameters, read_known
 from symgen.identification.solving import settle_load
-from symgen.identification.wrist import Wrist, fit_wrist
+from symgen.identification.wrist import payload_by_wrench
 from symgen.parallel import Say, silent
 from symgen.policy import SHOWN
 from symgen.robot.tables import Frame
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
-from symgen.schemas import BESIDE, OPTIONAL, Size, SizeOrNan, read_result, result_file, to_json
-from symgen.views import Viewable
-
-SCHEMA = "symgen.payload/1"
-MARKER = "payload.json"
-#: Quantities of the traces: torque of a model without the load, and of one with it.
-WITHOUT, WITH = "torque without the load", "torque with the load"
-
-
-@dataclass(frozen=True)
-class LoadErrors:
-    """Torque error of joints in motion, ||tau - model|| / ||tau||, on the logs with the load.
-
-    Attributes:
-        before, after: error of the model without the load, and with it.
-        noise_floor: error that noise alone causes; NaN if unknown.
-        joints_before, joints_after: `before` and `after` of each joint.
-    """
-
-    before: Size
-    after: Size
-    noise_floor: SizeOrNan
-    joints_before: tuple[Size, ...]
-    joints_after: tuple[Size, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Payload(Viewable):
-    """The load of a robot, in the frame of a link.
-
-    Attributes:
-        robot: name of the robot.
-        frame: name of the frame of com and inertia, or the number of `joint` for that of its link.
-        mass: mass, kg.
-        com: centre of mass (3), m.
-        inertia: XX XY XZ YY YZ ZZ about the centre of mass, kg m2; XY is the matrix entry.
-        identifiable: names of the quantities that the logs determine: mass, cx cy cz, XX .. ZZ.
-        gain_uncertainty_percent: standard deviation of the gains of the drives, which is part of
-            std; None if unknown.
-        residual: torque errors without and with the load in the model.
-        method: a text on the method.
-        band: the filters of the run.
-        repairs: repairs of the logs.
-        notes: texts about the run.
-        joints: number, unit and name of each movable joint.
-        joint: number of the joint whose link carries the load.
-        sensor: for a load from the wrench of a sensor, what else it shows; `residual` is then that
-            of its force, without offset, and `joints` is empty.
-        traces: measured and modelled torque of each log with the load, for the quantities WITHOUT
-            and WITH the load.
-    """
-
-    GONE: ClassVar = ("gains",)
-
-    robot: str
-    frame: int | str
-    mass: Quantity
-    com: tuple[Quantity, Quantity, Quantity]
-    inertia: tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
-    identifiable: tuple[str, ...]
-    gain_uncertainty_percent: Size | None
-    residual: LoadErrors
-    method: str
-    band: Band
-    repairs: tuple[Fault, ...]
-    notes: tuple[str, ...]
-    joints: tuple[JointLabel, ...]
-    joint: int
-    sensor: Annotated[Wrist | None, OPTIONAL] = None
-    traces: Annotated[tuple[Trace, ...], BESIDE] = ()
-
-    def __repr__(self) -> str:
-        """Return robot and mass."""
-        mass = "not determined" if self.mass.value is None else f"{self.mass.value:.4g} kg"
-        return f"<Payload of {self.robot} on {self.link}: mass {mass}>"
-
-    @property
-    def link(self) -> str:
-        """Name in results of the joint whose link carries the load."""
-        labels = (joint.label for joint in self.joints if joint.number == self.joint)
-        return next(labels, str(self.joint))
-
-    @property
-    def frame_label(self) -> str:
-        """Name in results of the frame of the load."""
-        return self.frame if isinstance(self.frame, str) else self.link
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the content of payload.json."""
-        return to_json(self, SCHEMA)
-
-    def rows(self) -> list[tuple[str, Quantity, str]]:
-        """Return name, quantity and unit of every number."""
-        out = [("mass", self.mass, "kg")]
-        out += [(name, q, "m") for name, q in zip(COM, self.com, strict=True)]
-        out += [(name, q, "kg m2") for name, q in zip(names.INERTIA, self.inertia, strict=True)]
-        return out
-
-
-def read_payload(path: str | Path) -> Payload:
-    """Read a payload from payload.json.
-
-    Args:
-        path: the folder that `payload` wrote, or the payload.json in it.
-
-    Raises:
-        ParameterError: there is no payload.json, or it is damaged.
-    """
-    file = result_file(path, MARKER)
-    found = read_result(Payload, file, SCHEMA, traces=())
-    return replace(found, traces=read_traces(file.with_name(FILE), len(found.joints)))
 
 
 def payload(
@@ -195,8 +79,8 @@ def payload(
         cutoff: cutoff of the filter of positions and speeds, Hz; by default that of the file of
             parameters, or else the one that suits the logs best.
         sensor: whether to identify the load from the wrench of the sensor in [sensor], in its
-            frame. With parameters or logs without the load, that of the joint torques stands beside
-            it.
+            frame. With parameters or logs without the load, the load from the joint torques is in
+            `Payload.sensor`.
         reading: options of reading and masking.
         progress: called with a text about the current step.
 
@@ -209,17 +93,28 @@ def payload(
     """
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
+    if sensor and (frame or mass is not None):
+        raise ParameterError(
+            "--frame, --mass: --sensor finds the mass, in the frame of [sensor]; accepted: neither"
+        )
     if sensor:
-        if frame or mass is not None:
-            raise ParameterError(
-                "--frame and --mass: a load by --sensor is in the frame of [sensor], with its own "
-                "mass; accepted: neither"
-            )
-        found = _behind_sensor(read_robot(robot), loaded, reading, cutoff, progress)
+        found = payload_by_wrench(read_robot(robot), loaded, reading, cutoff, progress)
         if parameters is None and not bare:
             return found
-        options = {"parameters": parameters, "without": bare, "gain": gain, "cutoff": cutoff}
-        return _beside_torques(found, robot, loaded, reading=reading, progress=progress, **options)
+        other = payload(
+            robot,
+            loaded,
+            parameters=parameters,
+            without=bare,
+            frame=found.frame_label,
+            gain=gain,
+            cutoff=cutoff,
+            reading=reading,
+            progress=progress,
+        )
+        assert found.sensor is not None
+        torques = tuple(q for _, q, _ in other.rows())
+        return replace(found, sensor=replace(found.sensor, torques=torques))
     if parameters is None and not bare:
         raise IdentificationError(
             "the parameters of the robot without the load are unknown; accepted: --parameters with "
@@ -273,65 +168,22 @@ def payload(
         body = body.in_frame(in_frame)
     _require_link(solved.problem, X, link, errors.after)
     if mass is None:
-        _require_mass(body, source.label(link))
-    values, more = quantities(body, mass, (gain or 0.0) / 100)
-    body_mass, x, y, z, xx, xy, xz, yy, yz, zz = values
-    return Payload(
+        require_mass(body, source.label(link))
+    return payload_of(
+        body,
+        mass,
+        gain,
+        notes,
         robot=source.name,
         frame=frame or link,
-        mass=body_mass,
-        com=(x, y, z),
-        inertia=(xx, xy, xz, yy, yz, zz),
-        identifiable=tuple(n for n, q in zip(LABELS, values, strict=True) if q.std is not None),
-        gain_uncertainty_percent=gain,
         residual=errors,
         method=f"weighted least squares of torque: {how}",
         band=campaign.band,
         repairs=campaign.repairs,
-        notes=notes + more,
         joints=joints_of(source),
         joint=link,
         traces=traces,
     )
-
-
-def _behind_sensor(
-    robot: Robot, logs: Sequence[Source], reading: Reading | None, cutoff: float | None, say: Say
-) -> Payload:
-    """Identify the load from the wrench of the sensor, see `fit_wrist`."""
-    fitted = fit_wrist(robot, logs, reading, cutoff, say)
-    values, more = quantities(fitted.tool)
-    mass, x, y, z, xx, xy, xz, yy, yz, zz = values
-    return Payload(
-        robot=robot.name,
-        frame=fitted.frame.name,
-        mass=mass,
-        com=(x, y, z),
-        inertia=(xx, xy, xz, yy, yz, zz),
-        identifiable=tuple(n for n, q in zip(LABELS, values, strict=True) if q.std is not None),
-        gain_uncertainty_percent=None,
-        residual=LoadErrors(1.0, fitted.error, fitted.noise, (), ()),
-        method="weighted least squares of the wrench of the sensor",
-        band=fitted.band,
-        repairs=fitted.repairs,
-        notes=fitted.notes + more,
-        joints=(),
-        joint=fitted.frame.joint,
-        sensor=fitted.wrist,
-        traces=fitted.traces,
-    )
-
-
-def _beside_torques(found: Payload, robot: Any, logs: Sequence[Source], **options: Any) -> Payload:
-    """Return the load by the sensor with that of the joint torques, or a note why there is none."""
-    assert found.sensor is not None
-    try:
-        other = payload(robot, logs, frame=found.frame_label, **options)
-    except IdentificationError as error:
-        note = f"joint torques: {error}"
-        return replace(found, notes=(*found.notes, note))
-    ours, theirs = ([q for _, q, _ in one.rows()] for one in (found, other))
-    return replace(found, sensor=found.sensor.beside(ours, theirs))
 
 
 def _without_load(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> FloatArray:
@@ -427,17 +279,3 @@ def _require_link(problem: LoadProblem, X: FloatArray, link: int, after: float) 
             f"with a load on {robot.label(best)}, {percent(after)} with one on "
             f"{robot.label(link)}; accepted: joint = {best} in [payload] of the robot file"
         )
-
-
-def _require_mass(body: Load, link: str) -> None:
-    """Refuse a load whose mass the logs do not show.
-
-    Raises:
-        IdentificationError: the mass is not determined, or below 3 standard deviations.
-    """
-    if "mass" not in body.determined():
-        raise IdentificationError(
-            f"the logs do not determine the mass of a load on the link of {link}; accepted: logs "
-            "in which it is turned against gravity, or --mass"
-        )
-    require_weight(body, f"on the link of {link}")

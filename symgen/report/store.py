@@ -23,12 +23,12 @@ from symgen.faults.fault import delay_of
 from symgen.files import json_text, write_folder
 from symgen.identification import curves, prediction
 from symgen.identification import estimate as estimates
-from symgen.identification import payload as payloads
+from symgen.identification import load_result as payloads
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
 from symgen.identification.export import values_header
+from symgen.identification.load_result import Payload
 from symgen.identification.parameters import PARAMETERS
-from symgen.identification.payload import Payload
 from symgen.identification.prediction import Prediction
 from symgen.report.content.comparison import comparison_content
 from symgen.report.content.diagnosis import diagnosis_content

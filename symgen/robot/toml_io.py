@@ -152,7 +152,6 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
     effects, sought = _effects(_repeated(data, "effect"), sigma, reader)
     payload = _once(data, "payload", PayloadTable, reader)
     loops = enumerate(_repeated(data, "loop"), 1)
-    frames = _frames(_repeated(data, "frame"), reader)
     robot = Robot(
         name=head.name,
         gravity=head.gravity,
@@ -166,13 +165,16 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
         effects=tuple(effects),
         sought=tuple(sought),
         drive=_drive(data, reader),
-        frames=frames,
-        sensor=_sensor(data, frames, reader),
+        frames=_frames(_repeated(data, "frame"), reader),
+        sensor=_once(data, "sensor", Sensor, reader),
         controller=_once(data, "controller", Servo, reader),
         log=_once(data, "log", LogForm, reader),
         exact=head.exact,
     )
     require_closed(robot)
+    if robot.sensor is not None:
+        with located("sensor, key 'frame'"):
+            robot.frame(robot.sensor.frame)
     return robot
 
 
@@ -354,22 +356,6 @@ def _frames(tables: Sequence[Any], reader: TableReader) -> tuple[Frame, ...]:
             )
         found[frame.name] = frame
     return tuple(found.values())
-
-
-def _sensor(data: Mapping[str, Any], frames: Sequence[Frame], reader: TableReader) -> Sensor | None:
-    """Return the sensor at the wrist.
-
-    Raises:
-        RobotError: its frame is not in the file, or does not move.
-    """
-    sensor: Sensor | None = _once(data, "sensor", Sensor, reader)
-    moving = [frame.name for frame in frames if frame.joint]
-    if sensor is not None and sensor.frame not in moving:
-        raise RobotError(
-            f"sensor, key 'frame': {shortened(sensor.frame)!r} is no [[frame]] of a joint; "
-            f"accepted: {', '.join(map(shortened, moving[:24])) or 'the name of a [[frame]]'}"
-        )
-    return sensor
 
 
 def _effects(

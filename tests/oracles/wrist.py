@@ -143,7 +143,11 @@ def motion(seed: int, poses: int = 12, rest: float = 2.0, swing: float = 18.0, r
 def _ramp(s):
     """A smooth step over one second, with its derivatives."""
     u = np.clip(s, 0, 1)
-    return 10 * u**3 - 15 * u**4 + 6 * u**5, 30 * u**2 - 60 * u**3 + 30 * u**4, 60 * u - 180 * u**2 + 120 * u**3
+    return (
+        10 * u**3 - 15 * u**4 + 6 * u**5,
+        30 * u**2 - 60 * u**3 + 30 * u**4,
+        60 * u - 180 * u**2 + 120 * u**3,
+    )
 
 
 def recorded(points: Points, seed: int, drift: np.ndarray | float = 0.0, sign: float = 1.0,

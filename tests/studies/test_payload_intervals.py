@@ -26,7 +26,7 @@ from workflow.test_payload import (
 )
 
 import symgen
-from symgen.identification.payload import LABELS
+from symgen.identification.load_result import LABELS
 
 __all__ = ["parameters", "robot"]  # fixtures
 

@@ -13,7 +13,7 @@ from browser import Page
 from support import sampled
 
 import symgen
-from symgen.identification.payload import LABELS, read_payload
+from symgen.identification.load_result import LABELS, read_payload
 from symgen.report.terminal import print_result
 from symgen.robot.tables import Drive
 

@@ -13,7 +13,7 @@ import symgen
 from symgen.estimation.band import Band
 from symgen.estimation.values import Residual, Trace
 from symgen.identification.estimate import JointLabel
-from symgen.identification.payload import (
+from symgen.identification.load_result import (
     WITH,
     WITHOUT,
     LoadErrors,

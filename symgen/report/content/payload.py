@@ -6,8 +6,9 @@ from functools import partial
 
 import numpy as np
 
+from symgen.data.raw import WRENCH
 from symgen.estimation.floor import noise_accounts
-from symgen.identification.payload import WITH, WITHOUT, Payload
+from symgen.identification.load_result import WITH, WITHOUT, Payload, Sensor
 from symgen.report.content.parts import (
     Banner,
     Content,
@@ -15,6 +16,7 @@ from symgen.report.content.parts import (
     Table,
     errors_in_units,
     notes_section,
+    number,
     percent,
     repairs_section,
     run_lines,
@@ -36,8 +38,20 @@ _RESIDUAL = (
 )
 
 
+_SENSOR = (
+    "The offset of each channel is that at the end of the last log; the drift is its change over "
+    "this log, if it has any."
+)
+_BY_TORQUES = (
+    "The load by the joint torques of the same logs, and the load by the sensor minus this one."
+)
+_CHANNELS = tuple(zip(WRENCH, ("N", "N", "N", "N m", "N m", "N m"), strict=True))
+
+
 def payload_content(payload: Payload) -> Content:
     """Return the load with its precision, the torque error with and without it, and notes."""
+    if payload.sensor is not None:
+        return _sensor_content(payload, payload.sensor)
     residual, rows = payload.residual, []
     for name, q, unit in payload.rows():
         rows.append((name, *value_with_std(q.value, q.std), unit))
@@ -64,6 +78,50 @@ def payload_content(payload: Payload) -> Content:
     )
     banner, run = Banner("plain", headline, text), run_lines(payload.band, payload.repairs)
     return Content(f"Payload of {payload.robot}", lead, sections, banner, run)
+
+
+def _sensor_content(payload: Payload, sensor: Sensor) -> Content:
+    """Return the load by a sensor at the wrist, what else the sensor shows, and notes."""
+    rows = [(name, *value_with_std(q.value, q.std), unit) for name, q, unit in payload.rows()]
+    columns = ("", "value", "std", "unit")
+    origin, channels, torques = _LOAD.format(payload.frame_label), [], []
+    for (name, unit), *pair in zip(_CHANNELS, sensor.offset, sensor.drift, strict=True):
+        offset, drift = (value_with_std(q.value, q.std) for q in pair)
+        moved = drift if drift[1] else ("none", "")
+        channels.append((name, *offset, *moved, unit))
+    for (name, ours, unit), theirs in zip(payload.rows(), sensor.torques or (), strict=False):
+        both = None not in (ours.value, theirs.value)
+        difference = number((ours.value or 0) - (theirs.value or 0), 3) if both else ""
+        torques.append((name, *value_with_std(theirs.value, theirs.std), difference, unit))
+    table = Table(("channel", "offset", "std", "drift", "std", "unit"), channels)
+    beside = Table(("", "by joint torques", "std", "difference", "unit"), torques)
+    sections = (
+        Section("Load", (origin,), Table(columns, rows), printed=(origin,)),
+        Section("Load by the joint torques", (_BY_TORQUES,), beside, printed=()),
+        Section("Sensor", (_SENSOR,), table, printed=()),
+        Section("Residual of the wrench", figure=partial(_wrenches, payload)),
+        repairs_section(payload.repairs),
+        *notes_section(payload.notes),
+    )
+    value, std = value_with_std(payload.mass.value, payload.mass.std)
+    residual = payload.residual
+    text = (
+        f"{percent(residual.after)} of the force remains without offset and tool; "
+        f"{noise_accounts(residual.noise_floor, residual.after)}."
+    )
+    banner = Banner("plain", f"Mass: {value} kg, standard deviation {std} kg", text)
+    lead = (f"The tool of {payload.robot} behind the sensor at {payload.frame_label}.",)
+    run = run_lines(payload.band, payload.repairs)
+    return Content(f"Payload of {payload.robot}", lead, sections, banner, run)
+
+
+def _wrenches(payload: Payload) -> Figure | None:
+    """Return the wrench without the offset, with and without the tool."""
+    panels, titles = [], [f"{name}, {unit}" for name, unit in _CHANNELS]
+    for t in payload.traces:
+        series = {"without the tool": t.measured, "with the tool": t.residual}
+        panels += joint_panels(titles, t.t, series, (t.log, "with the tool"))
+    return Figure(tuple(panels)) if panels else None
 
 
 def _errors(payload: Payload) -> Table:
