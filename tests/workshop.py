@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from documented import DOCS, blocks
-from oracles import gripper_arm
+from oracles import gripper_arm, wrist
 from oracles.bags import State, write_bag, write_mcap
 from support import PROJECT
 from support_commands import URDF
@@ -76,6 +76,12 @@ def furnish(folder: Path) -> None:
     (folder / "result").mkdir()
     for path, content in result_files(estimate, robot).items():
         (folder / "result" / path).write_bytes(content)
+    wrist_page = DOCS / "wrist.md"
+    robot_of_page = next(b.code for b in blocks(wrist_page) if b.file == "ur.toml")
+    (folder / "ur.toml").write_text(robot_of_page)
+    log, _ = wrist.recorded(wrist.tool(1.5), 3, wrist.NOISE, poses=8, rest=1.5, swing=6, rate=125)
+    columns = "t,q1,q2,q3,q4,q5,q6,wfx,wfy,wfz,wnx,wny,wnz"
+    _write(folder / "tool.csv", columns, np.column_stack([*log.values()]))
     (folder / "panda.urdf").write_text(gripper_arm.urdf())
     (folder / "ur5.urdf").write_text(URDF)
     (folder / "rx90.par").write_text(_par())

@@ -28,6 +28,7 @@ ROBOT = (
     + '[sensor]\nframe = "wrist"\n'
 )
 NOISE = np.repeat([0.5, 0.02], 3)  # N, N m
+ENCODER = 1e-5  # rad
 #: Derivative of a turn about z, from the right.
 _Z = np.zeros((4, 4))
 _Z[0, 1], _Z[1, 0] = -1.0, 1.0
@@ -46,8 +47,19 @@ class Points:
         mass = self.masses.sum()
         com = self.masses @ self.at / mass
         x = self.at - com
-        I = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(self.masses, x))
-        return np.array([mass, *com, *I[np.triu_indices(3)]])
+        inertia = np.zeros((3, 3))
+        for m, r in zip(self.masses, x, strict=True):
+            inertia += m * (r @ r * np.eye(3) - np.outer(r, r))
+        return np.array([mass, *com, *inertia[np.triu_indices(3)]])
+
+    @property
+    def standard(self) -> np.ndarray:
+        """XX XY XZ YY YZ ZZ MX MY MZ M about the origin."""
+        about = self.quantities
+        c, J = about[1:4], np.zeros((3, 3))
+        J[np.triu_indices(3)] = about[4:]
+        J += about[0] * (c @ c * np.eye(3) - np.outer(c, c))
+        return np.array([*J[np.triu_indices(3)], *(about[0] * c), about[0]])
 
 
 def tool(mass: float, seed: int = 0, size: float = 0.06) -> Points:
@@ -67,8 +79,9 @@ def turned(rpy: tuple[float, float, float]) -> np.ndarray:
     return z @ y @ x
 
 
-def poses_of_sensor(q, qd, qdd, xyz=XYZ, rpy=RPY) -> list[np.ndarray]:
-    """The transform of the sensor's frame in the base, and its two derivatives, (N, 4, 4) each."""
+def poses_of_joints(q, qd, qdd) -> list[list[np.ndarray]]:
+    """The transform of each joint's frame in the base, and two derivatives, (N, 4, 4) each."""
+    out = []
     T = np.tile(np.eye(4), (len(q), 1, 1))
     dT, ddT = np.zeros_like(T), np.zeros_like(T)
     for j, (alpha, d, r) in enumerate(TABLE):
@@ -84,9 +97,15 @@ def poses_of_sensor(q, qd, qdd, xyz=XYZ, rpy=RPY) -> list[np.ndarray]:
         ddT = ddT @ A + 2 * dT @ AZ * v + T @ (AZ @ _Z * v**2 + AZ * a)
         dT = dT @ A + T @ AZ * v
         T = T @ A
+        out.append([T, dT, ddT])
+    return out
+
+
+def poses_of_sensor(q, qd, qdd) -> list[np.ndarray]:
+    """The transform of the sensor's frame in the base, and its two derivatives."""
     frame = np.eye(4)
-    frame[:3, :3], frame[:3, 3] = turned(rpy), xyz
-    return [x @ frame for x in (T, dT, ddT)]
+    frame[:3, :3], frame[:3, 3] = turned(RPY), XYZ
+    return [x @ frame for x in poses_of_joints(q, qd, qdd)[-1]]
 
 
 def wrench(points: Points, q, qd, qdd, gravity=(0.0, 0.0, -G)) -> np.ndarray:
@@ -100,11 +119,23 @@ def wrench(points: Points, q, qd, qdd, gravity=(0.0, 0.0, -G)) -> np.ndarray:
     return out
 
 
+def torques(points: Points, q, qd, qdd) -> np.ndarray:
+    """Torques of an arm without masses that carries the tool, (N, 6)."""
+    T = poses_of_sensor(q, qd, qdd)[0]
+    w = wrench(points, q, qd, qdd)
+    force, moment = (np.einsum("nij,nj->ni", T[:, :3, :3], x) for x in np.hsplit(w, 2))
+    out = []
+    for joint, *_ in poses_of_joints(q, qd, qdd):
+        arm = T[:, :3, 3] - joint[:, :3, 3]
+        out.append(np.sum(joint[:, :3, 2] * (moment + np.cross(arm, force)), axis=1))
+    return np.stack(out, axis=1)
+
+
 def _moves(t, times, knots, length):
     """Rests at knots, with quintic moves of some length between them that start at given times."""
     q = np.tile(knots[0], (len(t), 1))
     qd, qdd = np.zeros_like(q), np.zeros_like(q)
-    for start, a, b in zip(times, knots, knots[1:]):
+    for start, a, b in zip(times, knots, knots[1:], strict=False):
         s = np.clip((t - start) / length, 0, 1)[:, None]
         q += (b - a) * (10 * s**3 - 15 * s**4 + 6 * s**5)
         qd += (b - a) * (30 * s**2 - 60 * s**3 + 30 * s**4) / length
@@ -130,10 +161,10 @@ def motion(seed: int, poses: int = 12, rest: float = 2.0, swing: float = 18.0, r
         s = np.clip(t - begin, 0, None)
         w = 2 * np.pi * rng.uniform(0.2, 0.8, 6)
         h = np.array([0.1, 0.1, 0.2, 0.5, 0.6, 0.8])
-        # starts smoothly: s^3/(1 + s^3) times a sine
         e, de, dde = _ramp(s)
         for j in range(6):
-            x, dx, ddx = np.sin(w[j] * s), w[j] * np.cos(w[j] * s), -(w[j] ** 2) * np.sin(w[j] * s)
+            x, dx = np.sin(w[j] * s), w[j] * np.cos(w[j] * s)
+            ddx = -(w[j] ** 2) * x
             q[:, j] += h[j] * e * x
             qd[:, j] += h[j] * (de * x + e * dx)
             qdd[:, j] += h[j] * (dde * x + 2 * de * dx + e * ddx)
@@ -150,13 +181,20 @@ def _ramp(s):
     )
 
 
-def recorded(points: Points, seed: int, drift: np.ndarray | float = 0.0, sign: float = 1.0,
-             noise: float = 1.0, offset=None, encoder: float = 1e-5, move=None, **options):  # fmt: skip
-    """Arrays of a log: t, q, wrench with noise, offset and a drift over the log."""
+def recorded(
+    points: Points,
+    seed: int,
+    drift: np.ndarray | float = 0.0,
+    sign: float = 1.0,
+    offset: np.ndarray | None = None,
+    move: tuple | None = None,
+    **options: float,
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Arrays of a log: t, q, wrench with noise, offset and a drift over the log; and the offset."""
     t, q, qd, qdd = motion(seed, **options) if move is None else move
     rng = np.random.default_rng(1000 + seed)
     offset = rng.normal(size=6) * np.repeat([5.0, 0.3], 3) if offset is None else offset
     late = ((t - t[-1]) / (t[-1] - t[0]))[:, None]
     w = wrench(points, q, qd, qdd) + offset + late * drift
-    w = sign * (w + noise * NOISE * rng.normal(size=w.shape))
-    return {"t": t, "q": q + encoder * rng.normal(size=q.shape), "wrench": w}, offset
+    w = sign * (w + NOISE * rng.normal(size=w.shape))
+    return {"t": t, "q": q + ENCODER * rng.normal(size=q.shape), "wrench": w}, offset

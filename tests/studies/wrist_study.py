@@ -64,30 +64,23 @@ def remaining(
     data, _ = wrist.recorded(points, 50_000 + seed, offset=offset, poses=POSES, swing=0.0)
     tool = symgen.load(symgen.derive(robot, ("tool_wrench",)))["tool_wrench"]
     still = np.zeros_like(data["q"])
-    shift = np.array([q.value for q in found.sensor.offset])
-    left = data["wrench"] - tool(data["q"], still, still, standard(found), shift)
+    shift = [q.value for q in found.sensor.offset]
+    left = data["wrench"] - tool(data["q"], still, still, found.sensor.load, shift)
     smooth = sosfiltfilt(butter(2, 2.0, fs=500, output="sos"), left[:, :3], axis=0)
     phase = np.mod(data["t"], 3.5)
     return float(np.sqrt(np.mean(np.sum(smooth[(phase > 0.5) & (phase < 1.5)] ** 2, axis=1))))
-
-
-def standard(found: symgen.Payload) -> np.ndarray:
-    """XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame; 0 for what is open."""
-    mass, *rest = (q.value or 0.0 for _, q, _ in found.rows())
-    c, J = np.array(rest[:3]), np.zeros((3, 3))
-    J[np.triu_indices(3)] = rest[3:]
-    J += mass * (c @ c * np.eye(3) - np.outer(c, c))
-    return np.array([*J[np.triu_indices(3)], *(mass * c), mass])
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--runs", type=int, default=100)
     options.add_argument("--first", type=int, default=0)
-    options.add_argument("--drift", default="linear", help="none, linear, warming or walk")
+    options.add_argument("--drift", default="linear", help="none, linear, warming or walk (random)")
     chosen = options.parse_args()
     seeds = range(chosen.first, chosen.first + chosen.runs)
-    true, values, std, left = map(np.array, zip(*(run(k, chosen.drift) for k in seeds)))
+    true, values, std, left = map(
+        np.array, zip(*(run(k, chosen.drift) for k in seeds), strict=True)
+    )
     error = values - true
     mass, com = np.abs(error[:, 0]), np.linalg.norm(error[:, 1:4], axis=1)
     allowed = np.maximum(0.003 * true[:, 0], 0.003)
