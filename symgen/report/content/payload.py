@@ -49,70 +49,59 @@ _CHANNELS = tuple(zip(WRENCH, ("N", "N", "N", "N m", "N m", "N m"), strict=True)
 
 
 def payload_content(payload: Payload) -> Content:
-    """Return the load with its precision, the torque error with and without it, and notes."""
-    if payload.sensor is not None:
-        return _sensor_content(payload, payload.sensor)
-    residual, rows = payload.residual, []
-    for name, q, unit in payload.rows():
-        rows.append((name, *value_with_std(q.value, q.std), unit))
-    lead = (f"The load that {payload.robot} carries on the link of {payload.link}.",)
+    """Return the load with its precision, the error with and without it, and notes."""
+    residual, sensor = payload.residual, payload.sensor
+    rows = [(name, *value_with_std(q.value, q.std), unit) for name, q, unit in payload.rows()]
     table = Table(("", "value", "std", "unit"), rows)
     origin, text = _LOAD.format(payload.frame_label), f"Method: {payload.method}."
-    sections = (
-        Section(
-            "Residual with and without the load", (_RESIDUAL,), figure=partial(_residuals, payload)
-        ),
-        Section("Load", (origin, text), table, printed=(origin,)),
-        Section("Torque error by joint", (_ERROR,), _errors(payload), printed=()),
-        repairs_section(payload.repairs),
-        *notes_section(payload.notes),
-    )
+    load = Section("Load", (origin, text), table, printed=(origin,))
+    noise = noise_accounts(residual.noise_floor, residual.after)
+    if sensor is None:
+        lead = f"The load that {payload.robot} carries on the link of {payload.link}."
+        own: tuple[Section, ...] = (
+            Section(
+                "Residual with and without the load",
+                (_RESIDUAL,),
+                figure=partial(_residuals, payload),
+            ),
+            load,
+            Section("Torque error by joint", (_ERROR,), _errors(payload), printed=()),
+        )
+        text = (
+            f"Torque error: {percent(residual.before)} without the load in the model, "
+            f"{percent(residual.after)} with it; {noise}."
+        )
+    else:
+        lead = f"The tool of {payload.robot} behind the sensor at {payload.frame_label}."
+        own = (load, *_sensor_sections(payload, sensor))
+        text = f"{percent(residual.after)} of the force remains without offset and tool; {noise}."
+    sections = (*own, repairs_section(payload.repairs), *notes_section(payload.notes))
     mass, (value, std) = payload.mass, value_with_std(payload.mass.value, payload.mass.std)
     headline = "The mass is not determined" if mass.value is None else f"Mass: {value} kg"
     if mass.value is not None and mass.std:
         headline += f", standard deviation {std} kg"
-    noise = noise_accounts(residual.noise_floor, residual.after)
-    text = (
-        f"Torque error: {percent(residual.before)} without the load in the model, "
-        f"{percent(residual.after)} with it; {noise}."
-    )
     banner, run = Banner("plain", headline, text), run_lines(payload.band, payload.repairs)
-    return Content(f"Payload of {payload.robot}", lead, sections, banner, run)
+    return Content(f"Payload of {payload.robot}", (lead,), sections, banner, run)
 
 
-def _sensor_content(payload: Payload, sensor: Sensor) -> Content:
-    """Return the load by a sensor at the wrist, what else the sensor shows, and notes."""
-    rows = [(name, *value_with_std(q.value, q.std), unit) for name, q, unit in payload.rows()]
-    columns = ("", "value", "std", "unit")
-    origin, channels, torques = _LOAD.format(payload.frame_label), [], []
-    for (name, unit), *pair in zip(_CHANNELS, sensor.offset, sensor.drift, strict=True):
-        offset, drift = (value_with_std(q.value, q.std) for q in pair)
-        moved = drift if drift[1] else ("none", "")
-        channels.append((name, *offset, *moved, unit))
+def _sensor_sections(payload: Payload, sensor: Sensor) -> tuple[Section, ...]:
+    """Return the load by the joint torques, offset and drift of the sensor, and its residual."""
+    channels, torques = [], []
+    for (name, unit), offset, drift in zip(_CHANNELS, sensor.offset, sensor.drift, strict=True):
+        moved = value_with_std(drift.value, drift.std) if drift.std else ("none", "")
+        channels.append((name, *value_with_std(offset.value, offset.std), *moved, unit))
     for (name, ours, unit), theirs in zip(payload.rows(), sensor.torques or (), strict=False):
-        both = None not in (ours.value, theirs.value)
-        difference = number((ours.value or 0) - (theirs.value or 0), 3) if both else ""
+        difference = ""
+        if ours.value is not None and theirs.value is not None:
+            difference = number(ours.value - theirs.value, 3)
         torques.append((name, *value_with_std(theirs.value, theirs.std), difference, unit))
     table = Table(("channel", "offset", "std", "drift", "std", "unit"), channels)
     beside = Table(("", "by joint torques", "std", "difference", "unit"), torques)
-    sections = (
-        Section("Load", (origin,), Table(columns, rows), printed=(origin,)),
+    return (
         Section("Load by the joint torques", (_BY_TORQUES,), beside, printed=()),
         Section("Sensor", (_SENSOR,), table, printed=()),
         Section("Residual of the wrench", figure=partial(_wrenches, payload)),
-        repairs_section(payload.repairs),
-        *notes_section(payload.notes),
     )
-    value, std = value_with_std(payload.mass.value, payload.mass.std)
-    residual = payload.residual
-    text = (
-        f"{percent(residual.after)} of the force remains without offset and tool; "
-        f"{noise_accounts(residual.noise_floor, residual.after)}."
-    )
-    banner = Banner("plain", f"Mass: {value} kg, standard deviation {std} kg", text)
-    lead = (f"The tool of {payload.robot} behind the sensor at {payload.frame_label}.",)
-    run = run_lines(payload.band, payload.repairs)
-    return Content(f"Payload of {payload.robot}", lead, sections, banner, run)
 
 
 def _wrenches(payload: Payload) -> Figure | None:
