@@ -200,6 +200,21 @@ def test_joint_torques_of_the_same_log_stand_beside_the_sensor(robot, tmp_path) 
         symgen.identify(robot, made(3)[0])
 
 
+def test_a_missing_column_of_the_wrench_is_named(tmp_path, command) -> None:
+    log, _ = made(3)
+    (tmp_path / "ur.toml").write_text(wrist.ROBOT)
+    names = ",".join(["t", *(f"q{j}" for j in range(1, 7)), "Fx", *WRENCH[1:]])
+    table = np.column_stack([log.t, log.q, log.wrench])
+    np.savetxt(tmp_path / "log.csv", table, "%.12g", ",", header=names, comments="")
+    asked = ["payload", tmp_path / "ur.toml", tmp_path / "log.csv", "--sensor"]
+    code, _, err = command(*asked, "--into", tmp_path / "load")
+    assert code == 2
+    assert "no column wfx among" in err
+    assert "--columns wfx=NAME" in err
+    code, _, err = command(*asked, "--columns", "wfx=Fx", "--into", tmp_path / "load")
+    assert code == 0, err
+
+
 @pytest.mark.parametrize("ending", ["csv", "npz", "parquet"])
 def test_the_command_reads_the_wrench_and_writes_the_contract(tmp_path, command, ending) -> None:
     log, _ = made(3)
