@@ -58,10 +58,10 @@ int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         const size_t count = (N - k < planar2r_WIDTH) ? (N - k) : planar2r_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         status |= plain(lanes_q, lanes_qd, (apart *)lanes_out);
         lanes_store(lanes_out, 4u, count, stream, scratch, &out[k * 4u]);
@@ -88,10 +88,10 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(qd, 2u, lanes_qd);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         apart *lanes_out = (apart *)&out[k * 4u];
         status |= stream ? panel(lanes_q, lanes_qd, lanes_out, 1) : plain(lanes_q, lanes_qd, lanes_out);

@@ -83,16 +83,16 @@ int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         const size_t count = (N - k < planar2r_WIDTH) ? (N - k) : planar2r_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_tau != 0u) {
-            lanes_load(tau, 2u, stride_tau, k, N, padded_tau, lanes_tau);
+            lanes_read(tau, 2u, stride_tau, k, N, padded_tau, lanes_tau);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_qd, lanes_tau, lanes_X, (apart *)lanes_qdd);
         lanes_store(lanes_qdd, 2u, count, stream, scratch, &qdd[k * 2u]);
@@ -127,16 +127,16 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 4u, lanes_X);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_tau != 0u) {
-            lanes_load(tau, 2u, stride_tau, k, N, padded_tau, lanes_tau);
+            lanes_read(tau, 2u, stride_tau, k, N, padded_tau, lanes_tau);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_qdd = (apart *)&qdd[k * 2u];
         status |= stream ? panel(lanes_q, lanes_qd, lanes_tau, lanes_X, lanes_qdd, 1) : plain(lanes_q, lanes_qd, lanes_tau, lanes_X, lanes_qdd);

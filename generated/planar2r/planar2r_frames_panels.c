@@ -62,7 +62,7 @@ int planar2r_frames_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         const size_t count = (N - k < planar2r_WIDTH) ? (N - k) : planar2r_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         status |= plain(lanes_q, (apart *)lanes_T_out);
         lanes_store(lanes_T_out, 32u, count, stream, scratch, &T_out[k * 32u]);
@@ -85,7 +85,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(q, 2u, lanes_q);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         apart *lanes_T_out = (apart *)&T_out[k * 32u];
         status |= stream ? panel(lanes_q, lanes_T_out, 1) : plain(lanes_q, lanes_T_out);

@@ -41,10 +41,10 @@ int planar2r_gravity_torque_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         const size_t count = (N - k < planar2r_WIDTH) ? (N - k) : planar2r_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_X, (apart *)lanes_tau);
         lanes_store(lanes_tau, 2u, count, stream, scratch, &tau[k * 2u]);
@@ -71,10 +71,10 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 4u, lanes_X);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_tau = (apart *)&tau[k * 2u];
         status |= stream ? panel(lanes_q, lanes_X, lanes_tau, 1) : plain(lanes_q, lanes_X, lanes_tau);

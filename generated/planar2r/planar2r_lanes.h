@@ -303,7 +303,7 @@ SELDOM const double *lanes_last(
 
 /* Read the panel of sample k from rows of `size` numbers, `stride` apart, into BLOCKS(size) lanes.
  * Blocks reach behind a row, not behind the last one. */
-ALWAYS void lanes_load(const double *rows, size_t size, size_t stride, size_t k, size_t N,
+ALWAYS void lanes_read(const double *rows, size_t size, size_t stride, size_t k, size_t N,
     double *padded, lanes *to)
 {
     rows = &rows[k * stride];

@@ -53,10 +53,10 @@ int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         const size_t count = (N - k < planar2r_WIDTH) ? (N - k) : planar2r_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_X, (apart *)lanes_M);
         lanes_store(lanes_M, 4u, count, stream, scratch, &M[k * 4u]);
@@ -83,10 +83,10 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 4u, lanes_X);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_M = (apart *)&M[k * 4u];
         status |= stream ? panel(lanes_q, lanes_X, lanes_M, 1) : plain(lanes_q, lanes_X, lanes_M);

@@ -65,10 +65,10 @@ int planar2r_momentum_regressor_rows(int stream, size_t N, const size_t *strides
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         const size_t count = (N - k < planar2r_WIDTH) ? (N - k) : planar2r_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         status |= plain(lanes_q, lanes_qd, (apart *)lanes_p_out, (apart *)lanes_dl_out);
         lanes_store(lanes_p_out, 8u, count, stream, scratch, &p_out[k * 8u]);
@@ -96,10 +96,10 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(qd, 2u, lanes_qd);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         apart *lanes_p_out = (apart *)&p_out[k * 8u];
         apart *lanes_dl_out = (apart *)&dl_out[k * 8u];

@@ -75,19 +75,19 @@ int planar2r_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         const size_t count = (N - k < planar2r_WIDTH) ? (N - k) : planar2r_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdr != 0u) {
-            lanes_load(qdr, 2u, stride_qdr, k, N, padded_qdr, lanes_qdr);
+            lanes_read(qdr, 2u, stride_qdr, k, N, padded_qdr, lanes_qdr);
         }
         if (stride_qddr != 0u) {
-            lanes_load(qddr, 2u, stride_qddr, k, N, padded_qddr, lanes_qddr);
+            lanes_read(qddr, 2u, stride_qddr, k, N, padded_qddr, lanes_qddr);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_X, (apart *)lanes_tau);
         lanes_store(lanes_tau, 2u, count, stream, scratch, &tau[k * 2u]);
@@ -126,19 +126,19 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 4u, lanes_X);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdr != 0u) {
-            lanes_load(qdr, 2u, stride_qdr, k, N, padded_qdr, lanes_qdr);
+            lanes_read(qdr, 2u, stride_qdr, k, N, padded_qdr, lanes_qdr);
         }
         if (stride_qddr != 0u) {
-            lanes_load(qddr, 2u, stride_qddr, k, N, padded_qddr, lanes_qddr);
+            lanes_read(qddr, 2u, stride_qddr, k, N, padded_qddr, lanes_qddr);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_tau = (apart *)&tau[k * 2u];
         status |= stream ? panel(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_X, lanes_tau, 1) : plain(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_X, lanes_tau);

@@ -66,13 +66,13 @@ int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         const size_t count = (N - k < planar2r_WIDTH) ? (N - k) : planar2r_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_b != 0u) {
-            lanes_load(b, 2u, stride_b, k, N, padded_b, lanes_b);
+            lanes_read(b, 2u, stride_b, k, N, padded_b, lanes_b);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_b, lanes_X, (apart *)lanes_x);
         lanes_store(lanes_x, 2u, count, stream, scratch, &x[k * 2u]);
@@ -103,13 +103,13 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 4u, lanes_X);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_b != 0u) {
-            lanes_load(b, 2u, stride_b, k, N, padded_b, lanes_b);
+            lanes_read(b, 2u, stride_b, k, N, padded_b, lanes_b);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_x = (apart *)&x[k * 2u];
         status |= stream ? panel(lanes_q, lanes_b, lanes_X, lanes_x, 1) : plain(lanes_q, lanes_b, lanes_X, lanes_x);

@@ -67,13 +67,13 @@ int planar2r_torque_regressor_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         const size_t count = (N - k < planar2r_WIDTH) ? (N - k) : planar2r_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdd != 0u) {
-            lanes_load(qdd, 2u, stride_qdd, k, N, padded_qdd, lanes_qdd);
+            lanes_read(qdd, 2u, stride_qdd, k, N, padded_qdd, lanes_qdd);
         }
         status |= plain(lanes_q, lanes_qd, lanes_qdd, (apart *)lanes_out);
         lanes_store(lanes_out, 8u, count, stream, scratch, &out[k * 8u]);
@@ -104,13 +104,13 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(qdd, 2u, lanes_qdd);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdd != 0u) {
-            lanes_load(qdd, 2u, stride_qdd, k, N, padded_qdd, lanes_qdd);
+            lanes_read(qdd, 2u, stride_qdd, k, N, padded_qdd, lanes_qdd);
         }
         apart *lanes_out = (apart *)&out[k * 8u];
         status |= stream ? panel(lanes_q, lanes_qd, lanes_qdd, lanes_out, 1) : plain(lanes_q, lanes_qd, lanes_qdd, lanes_out);

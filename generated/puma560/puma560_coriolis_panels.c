@@ -584,13 +584,13 @@ int puma560_coriolis_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 40u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_qd, lanes_X, (apart *)lanes_C);
         lanes_store(lanes_C, 36u, count, stream, scratch, &C[k * 36u]);
@@ -621,13 +621,13 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 40u, lanes_X);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 40u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_C = (apart *)&C[k * 36u];
         status |= stream ? panel(lanes_q, lanes_qd, lanes_X, lanes_C, 1) : plain(lanes_q, lanes_qd, lanes_X, lanes_C);

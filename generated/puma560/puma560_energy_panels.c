@@ -168,13 +168,13 @@ int puma560_energy_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 40u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_qd, lanes_X, (apart *)lanes_T_out, (apart *)lanes_U_out);
         lanes_store(lanes_T_out, 1u, count, stream, scratch, &T_out[k * 1u]);
@@ -206,13 +206,13 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 40u, lanes_X);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 40u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_T_out = (apart *)&T_out[k * 1u];
         apart *lanes_U_out = (apart *)&U_out[k * 1u];

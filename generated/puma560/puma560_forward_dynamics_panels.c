@@ -550,16 +550,16 @@ int puma560_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_tau != 0u) {
-            lanes_load(tau, 6u, stride_tau, k, N, padded_tau, lanes_tau);
+            lanes_read(tau, 6u, stride_tau, k, N, padded_tau, lanes_tau);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 52u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 52u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_qd, lanes_tau, lanes_X, (apart *)lanes_qdd);
         lanes_store(lanes_qdd, 6u, count, stream, scratch, &qdd[k * 6u]);
@@ -594,16 +594,16 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 52u, lanes_X);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_tau != 0u) {
-            lanes_load(tau, 6u, stride_tau, k, N, padded_tau, lanes_tau);
+            lanes_read(tau, 6u, stride_tau, k, N, padded_tau, lanes_tau);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 52u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 52u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_qdd = (apart *)&qdd[k * 6u];
         status |= stream ? panel(lanes_q, lanes_qd, lanes_tau, lanes_X, lanes_qdd, 1) : plain(lanes_q, lanes_qd, lanes_tau, lanes_X, lanes_qdd);

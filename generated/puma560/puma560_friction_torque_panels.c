@@ -57,10 +57,10 @@ int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         status |= plain(lanes_q, lanes_qd, (apart *)lanes_out);
         lanes_store(lanes_out, 72u, count, stream, scratch, &out[k * 72u]);
@@ -87,10 +87,10 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(qd, 6u, lanes_qd);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         apart *lanes_out = (apart *)&out[k * 72u];
         status |= stream ? panel(lanes_q, lanes_qd, lanes_out, 1) : plain(lanes_q, lanes_qd, lanes_out);

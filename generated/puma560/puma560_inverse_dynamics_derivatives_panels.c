@@ -1049,16 +1049,16 @@ int puma560_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdd != 0u) {
-            lanes_load(qdd, 6u, stride_qdd, k, N, padded_qdd, lanes_qdd);
+            lanes_read(qdd, 6u, stride_qdd, k, N, padded_qdd, lanes_qdd);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 52u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 52u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_qd, lanes_qdd, lanes_X, (apart *)lanes_dq_out, (apart *)lanes_dqd_out);
         lanes_store(lanes_dq_out, 36u, count, stream, scratch, &dq_out[k * 36u]);
@@ -1094,16 +1094,16 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 52u, lanes_X);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdd != 0u) {
-            lanes_load(qdd, 6u, stride_qdd, k, N, padded_qdd, lanes_qdd);
+            lanes_read(qdd, 6u, stride_qdd, k, N, padded_qdd, lanes_qdd);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 52u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 52u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_dq_out = (apart *)&dq_out[k * 36u];
         apart *lanes_dqd_out = (apart *)&dqd_out[k * 36u];

@@ -121,7 +121,7 @@ int puma560_jacobian_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         status |= plain(lanes_q, (apart *)lanes_J_out);
         lanes_store(lanes_J_out, 36u, count, stream, scratch, &J_out[k * 36u]);
@@ -144,7 +144,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(q, 6u, lanes_q);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         apart *lanes_J_out = (apart *)&J_out[k * 36u];
         status |= stream ? panel(lanes_q, lanes_J_out, 1) : plain(lanes_q, lanes_J_out);

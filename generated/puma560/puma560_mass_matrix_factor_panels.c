@@ -305,10 +305,10 @@ int puma560_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 40u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_X, (apart *)lanes_L_out, (apart *)lanes_D_out);
         lanes_store(lanes_L_out, 36u, count, stream, scratch, &L_out[k * 36u]);
@@ -336,10 +336,10 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 40u, lanes_X);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 40u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_L_out = (apart *)&L_out[k * 36u];
         apart *lanes_D_out = (apart *)&D_out[k * 6u];

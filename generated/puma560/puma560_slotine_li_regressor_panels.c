@@ -560,16 +560,16 @@ int puma560_slotine_li_regressor_rows(int stream, size_t N, const size_t *stride
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdr != 0u) {
-            lanes_load(qdr, 6u, stride_qdr, k, N, padded_qdr, lanes_qdr);
+            lanes_read(qdr, 6u, stride_qdr, k, N, padded_qdr, lanes_qdr);
         }
         if (stride_qddr != 0u) {
-            lanes_load(qddr, 6u, stride_qddr, k, N, padded_qddr, lanes_qddr);
+            lanes_read(qddr, 6u, stride_qddr, k, N, padded_qddr, lanes_qddr);
         }
         status |= plain(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, (apart *)lanes_out);
         lanes_store(lanes_out, 312u, count, stream, scratch, &out[k * 312u]);
@@ -604,16 +604,16 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(qddr, 6u, lanes_qddr);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdr != 0u) {
-            lanes_load(qdr, 6u, stride_qdr, k, N, padded_qdr, lanes_qdr);
+            lanes_read(qdr, 6u, stride_qdr, k, N, padded_qdr, lanes_qdr);
         }
         if (stride_qddr != 0u) {
-            lanes_load(qddr, 6u, stride_qddr, k, N, padded_qddr, lanes_qddr);
+            lanes_read(qddr, 6u, stride_qddr, k, N, padded_qddr, lanes_qddr);
         }
         apart *lanes_out = (apart *)&out[k * 312u];
         status |= stream ? panel(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_out, 1) : plain(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_out);

@@ -332,19 +332,19 @@ int puma560_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdr != 0u) {
-            lanes_load(qdr, 6u, stride_qdr, k, N, padded_qdr, lanes_qdr);
+            lanes_read(qdr, 6u, stride_qdr, k, N, padded_qdr, lanes_qdr);
         }
         if (stride_qddr != 0u) {
-            lanes_load(qddr, 6u, stride_qddr, k, N, padded_qddr, lanes_qddr);
+            lanes_read(qddr, 6u, stride_qddr, k, N, padded_qddr, lanes_qddr);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 52u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 52u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_X, (apart *)lanes_tau);
         lanes_store(lanes_tau, 6u, count, stream, scratch, &tau[k * 6u]);
@@ -383,19 +383,19 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 52u, lanes_X);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdr != 0u) {
-            lanes_load(qdr, 6u, stride_qdr, k, N, padded_qdr, lanes_qdr);
+            lanes_read(qdr, 6u, stride_qdr, k, N, padded_qdr, lanes_qdr);
         }
         if (stride_qddr != 0u) {
-            lanes_load(qddr, 6u, stride_qddr, k, N, padded_qddr, lanes_qddr);
+            lanes_read(qddr, 6u, stride_qddr, k, N, padded_qddr, lanes_qddr);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 52u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 52u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_tau = (apart *)&tau[k * 6u];
         status |= stream ? panel(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_X, lanes_tau, 1) : plain(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_X, lanes_tau);

@@ -308,13 +308,13 @@ int puma560_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_b != 0u) {
-            lanes_load(b, 6u, stride_b, k, N, padded_b, lanes_b);
+            lanes_read(b, 6u, stride_b, k, N, padded_b, lanes_b);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 40u, stride_X, k, N, padded_X, lanes_X);
         }
         status |= plain(lanes_q, lanes_b, lanes_X, (apart *)lanes_x);
         lanes_store(lanes_x, 6u, count, stream, scratch, &x[k * 6u]);
@@ -345,13 +345,13 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(X, 40u, lanes_X);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_b != 0u) {
-            lanes_load(b, 6u, stride_b, k, N, padded_b, lanes_b);
+            lanes_read(b, 6u, stride_b, k, N, padded_b, lanes_b);
         }
         if (stride_X != 0u) {
-            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+            lanes_read(X, 40u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_x = (apart *)&x[k * 6u];
         status |= stream ? panel(lanes_q, lanes_b, lanes_X, lanes_x, 1) : plain(lanes_q, lanes_b, lanes_X, lanes_x);

@@ -517,13 +517,13 @@ int puma560_torque_regressor_rows(int stream, size_t N, const size_t *strides,
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdd != 0u) {
-            lanes_load(qdd, 6u, stride_qdd, k, N, padded_qdd, lanes_qdd);
+            lanes_read(qdd, 6u, stride_qdd, k, N, padded_qdd, lanes_qdd);
         }
         status |= plain(lanes_q, lanes_qd, lanes_qdd, (apart *)lanes_out);
         lanes_store(lanes_out, 312u, count, stream, scratch, &out[k * 312u]);
@@ -554,13 +554,13 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes_shared(qdd, 6u, lanes_qdd);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
-            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+            lanes_read(q, 6u, stride_q, k, N, padded_q, lanes_q);
         }
         if (stride_qd != 0u) {
-            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+            lanes_read(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         if (stride_qdd != 0u) {
-            lanes_load(qdd, 6u, stride_qdd, k, N, padded_qdd, lanes_qdd);
+            lanes_read(qdd, 6u, stride_qdd, k, N, padded_qdd, lanes_qdd);
         }
         apart *lanes_out = (apart *)&out[k * 312u];
         status |= stream ? panel(lanes_q, lanes_qd, lanes_qdd, lanes_out, 1) : plain(lanes_q, lanes_qd, lanes_qdd, lanes_out);
