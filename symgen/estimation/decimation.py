@@ -85,16 +85,10 @@ class Decimation:
         period = self.every // math.gcd(self.every, self.stride)
         # the next block has the same position among the kept samples
         block = period * max(1, block_size // period)
-        smooth, total, ends = np.zeros((len(kept), 0)), np.zeros(len(kept)), []
-        for backwards in (False, True):
-            away = (self.nodes - 1) * self.stride - kept[::-1] if backwards else kept
-            outside, inside = _end(self, reach, away[away <= reach])
-            turn = slice(None, None, -1 if backwards else 1)
-            rows = slice(len(kept) - len(inside), None) if backwards else slice(len(inside))
-            total[rows] += outside[turn]
-            ends.append(
-                (rows, self.nodes - inside.shape[1] if backwards else 0, inside[turn, turn])
-            )
+        ends = _ends(self, reach)
+        smooth, total = np.zeros((len(kept), 0)), np.zeros(len(kept))
+        for rows, _, outside, _ in ends:
+            total[rows] += outside
         for first in range(0, self.nodes, block):
             last = min(first + block, self.nodes)
             block_values = values(first, last)
@@ -109,11 +103,25 @@ class Decimation:
                 weights = _weights(self, reach, offset, count, last - first)
                 total[reached] += weights.sum(axis=1)
                 smooth[reached] += weights @ flat
-            for rows, node, inside in ends:
+            for rows, node, _, inside in ends:
                 near = inside[:, max(first - node, 0) : max(last - node, 0)]
                 start = max(node - first, 0)
                 smooth[rows] += near @ flat[start : start + near.shape[1]]
         return (smooth / total[:, None]).reshape(len(kept), *block_values.shape[1:])
+
+
+@lru_cache(maxsize=16)
+def _ends(d: Decimation, reach: int) -> list[tuple[slice, int, FloatArray, FloatArray]]:
+    """Return for both ends the kept samples within reach, the first node, and the weights of
+    `_end`.
+    """
+    kept = d.kept
+    outside, inside = _end(d, reach, kept[kept <= reach])
+    away = (d.nodes - 1) * d.stride - kept[::-1]
+    beyond, last = _end(d, reach, away[away <= reach])
+    head = slice(len(inside)), 0, outside, inside
+    rows, node = slice(len(kept) - len(last), None), d.nodes - last.shape[1]
+    return [head, (rows, node, beyond[::-1], last[::-1, ::-1])]
 
 
 def _end(d: Decimation, reach: int, away: Places) -> tuple[FloatArray, FloatArray]:
@@ -147,7 +155,7 @@ def _impulse(d: Decimation, reach: int, away: Places) -> FloatArray:
     return np.where(away <= reach, weights[np.minimum(away, reach)], 0.0)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=64)
 def _weights(d: Decimation, reach: int, offset: int, rows: int, nodes: int) -> FloatArray:
     """Return the weights of some nodes in consecutive kept samples, (rows, nodes).
 
