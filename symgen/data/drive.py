@@ -226,8 +226,8 @@ def with_servo_torques(log: Log, servo: Servo | None, drive: Drive | None = None
         refuse(
             "has a reference and no torques, and the gains of its controller are unknown. They "
             "scale all torques, and with them all parameters: no such log determines them",
-            "[controller] with kp and kd in the robot file; where only their "
-            'ratios are known, with scale = "unknown"',
+            "[controller] with kp and kd in robot.toml, which symgen import writes from other "
+            'files; unit = "duty" for servos; scale = "unknown" where only ratios are known',
         )
     factor = torque_of_command(servo, drive)
     kp = factor * servo.kp

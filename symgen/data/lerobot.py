@@ -28,6 +28,15 @@ def data_set_of(path: Path) -> Path | None:
     return next((folder for folder in near if (folder / "meta/info.json").is_file()), None)
 
 
+def log_name(path: Path) -> str:
+    """Return the name of a log: that of its file, in a data set after that of its folder.
+
+    Files of all data sets have the same names.
+    """
+    folder = data_set_of(path)
+    return path.name if folder is None else f"{folder.absolute().name}/{path.name}"
+
+
 def in_data_set(folder: Path, elements: Collection[str], wanted: Wanted) -> tuple[Wanted, float]:
     """Return what to read, with the columns that a data set states, and its frames per second.
 

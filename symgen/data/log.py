@@ -20,6 +20,7 @@ from symgen.data.bags import FIELDS, is_bag, read_bag
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
 from symgen.data.gaps import GAP
+from symgen.data.lerobot import log_name
 from symgen.data.mask import STILL, rms, spans
 from symgen.data.raw import (
     BESIDE,
@@ -135,7 +136,7 @@ def read_wanted(path: str | Path, wanted: Wanted) -> Log:
                     raw = table.part(0, table.rows)
         except (OSError, ValueError) as error:
             refuse(f"cannot be read: {error}", _FILES)
-        return checked_log(plain(path.name), raw, wanted)
+        return checked_log(plain(log_name(path)), raw, wanted)
 
 
 def reading_of(name: str, reading: Reading, log: LogForm | None) -> Reading:

@@ -19,7 +19,7 @@ import numpy as np
 
 from symgen.data.bags import is_bag
 from symgen.data.gaps import holes
-from symgen.data.lerobot import data_set_of
+from symgen.data.lerobot import data_set_of, log_name
 from symgen.data.log import Log, checked_log, reading_of
 from symgen.data.raw import Reading, readable, refuse, wanted_by
 from symgen.data.tables import SUFFIXES, has_segments, open_table, rows_of
@@ -68,6 +68,18 @@ def expanded(sources: Sequence[Source]) -> list[Source]:
                 refuse("no file of a log is there", _ACCEPTED)
         out += [source] if files is None else known
     return out
+
+
+def only_log(source: str | Path) -> str:
+    """Return the log of a path: that inside a folder or pattern with one log.
+
+    Raises:
+        LogError: several logs are there, or none.
+    """
+    logs = expanded([source])
+    if len(logs) > 1:
+        refuse(f"has {len(logs)} logs", "one of them")
+    return str(logs[0])
 
 
 def _files(source: str) -> list[str] | None:
@@ -167,7 +179,7 @@ def stretches(name: str, robot: Robot, reading: Reading) -> list[Stretch]:
     edges.append(row)
     times += last.tolist()
     out = []
-    log = plain(name.rsplit("/", 1)[-1])
+    log = plain(log_name(Path(name)))
     for k, rows in enumerate(pairwise(edges)):
         begin, end = times[2 * k], times[2 * k + 1]
         steps = max(rows[1] - rows[0] - 1, 1)

@@ -24,7 +24,15 @@ from numpy.typing import NDArray
 
 from symgen.data.columns import Groups, assigned, with_joints
 from symgen.data.csv_text import csv_form, read_csv
-from symgen.data.lerobot import CLOCK, FRAMES, PAUSE, STATE, data_set_of, in_data_set
+from symgen.data.lerobot import (
+    CLOCK,
+    FRAMES,
+    PAUSE,
+    STATE,
+    data_set_of,
+    in_data_set,
+    log_name,
+)
 from symgen.data.raw import (
     BESIDE,
     COLUMNS,
@@ -207,7 +215,7 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     form = csv_form(path, wanted.reading)
     chosen_time = wanted.reading.pairs.get("t", "")
     header = paired(with_joints(path, form, wanted), chosen_time)
-    groups, notes = assigned(header, path.name, wanted)
+    groups, notes = assigned(header, log_name(path), wanted)
     used = _columns(groups)
     time = header[groups["t"][0]]
     rest = "" if time in form.header else rest_of(time)
@@ -240,7 +248,7 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
         wanted, rate = in_data_set(data_set, elements, wanted)
         elements[CLOCK] = _Element(FRAMES, partial(_times, rate=rate))
     header, sources = [*elements], [*elements.values()]
-    groups, notes = assigned(header, Path(name).name, wanted)
+    groups, notes = assigned(header, log_name(Path(name)), wanted)
     used = _columns(groups)
     for k, column in used.items():
         kind = sources[k].of(empty).type

@@ -21,6 +21,7 @@ from symgen.data.log import (
     reading_of,
 )
 from symgen.data.long_logs import Source as Source
+from symgen.data.long_logs import only_log
 from symgen.data.mask import rms
 from symgen.data.raw import IMU, WRENCH, Reading, read_only, refuse, roles_with_unit, wanted_by
 from symgen.data.signals import Samples, interpolated, noise_of_differences
@@ -80,6 +81,7 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
             log = cut(joint_side(log, robot.drive), reading.start, reading.until)
     else:
         with located(source):
+            source = only_log(source)
             reading = reading_of(str(source), reading, robot.log)
         log = read_wanted(source, wanted_by(robot, reading))
     with located(log.name):

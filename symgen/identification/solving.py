@@ -69,7 +69,9 @@ class FitOptions:
         if not logs and self.mass is None and self.com is None:
             return None
         if not logs or self.mass is None:
-            raise IdentificationError("accepted: --carried LOG with --mass KG, both of them")
+            raise IdentificationError(
+                "a known mass needs its log; accepted: --carried LOG with --mass KG, both of them"
+            )
         if not (math.isfinite(self.mass) and self.mass > 0):
             raise IdentificationError(f"--mass {self.mass:g}; accepted: a mass above 0 kg")
         if self.com is not None and not np.isfinite(self.com).all():

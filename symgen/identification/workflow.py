@@ -110,6 +110,7 @@ def identify(
     options = fit or FitOptions()
     about = Settings.of(source, model, method, window, options, accept, least)
     sources, held = expanded(listed_logs(logs)), expanded(listed_logs(validation))
+    carried = expanded(listed_logs(options.carried))
     motions = options.motions(len(sources), about.method.name)
     require_logs(sources)
     body = options.body
@@ -123,7 +124,7 @@ def identify(
     campaign = open_campaign(
         robot, source, (sources, held), about.models, reading, filtering, progress, executor
     )
-    campaign = in_torques(campaign, robot, listed_logs(options.carried), body, reading)
+    campaign = in_torques(campaign, robot, carried, body, reading)
     about = replace(about.with_prior(options, campaign.evaluator), motions=tuple(motions))
     return identified(campaign, about).estimate
 

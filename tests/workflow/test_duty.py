@@ -317,6 +317,24 @@ def test_a_data_set_without_torques_gives_the_arm_per_unit_of_duty(tmp_path):
     assert (std < 0.05 * np.abs(true)).all()
 
 
+def test_a_data_set_stands_for_its_log_and_gives_it_its_name(tmp_path):
+    """Files of all data sets have the same names."""
+    sets = [data_set(tmp_path / name, np.ones(2), np.zeros(2)) for name in ("free", "weight")]
+    servo = named(f"{SERVO}'duty'\n")
+    first, second = (opened(folder, servo, unit={"": "rad"}) for folder in sets)
+    assert (first.name, second.name) == ("free/file-000.parquet", "weight/file-000.parquet")
+    np.testing.assert_allclose(first.q, Q, atol=1e-12)
+    parquet(sets[0] / "data/chunk-000/file-001.parquet", {"t": COLUMNS["t"]})
+    with pytest.raises(LogError, match="free: has 2 logs; accepted: one of them"):
+        opened(sets[0], servo, unit={"": "rad"})
+
+
+def test_a_reference_alone_needs_the_gains_of_the_servo(tmp_path):
+    path = table(tmp_path / "log.csv", "qr*", REFERENCE)
+    with pytest.raises(LogError, match=r"symgen import writes .*unit = .duty. for servos"):
+        opened(path)
+
+
 def test_a_share_of_the_range_of_each_joint_is_read_by_the_range_in_the_robot_file(tmp_path):
     ranges = np.array([[-1.5, 2.0], [1.0, -3.0]])
     folder = data_set(tmp_path / "set", np.ptp(ranges, axis=1) / 200 * [1, -1], ranges.mean(axis=1))

@@ -174,6 +174,7 @@ def test_values_of_a_motor_from_its_catalogue_give_newton_metres(recorded: Recor
         assert found.unit == "N m per duty"
         assert 0.05 * found.torque < found.std < 0.2 * found.torque
         assert found.torque == pytest.approx(arm.a[j], abs=3 * found.std)
+    assert any("15 %; --carried LOG --mass KG measures it" in note for note in rough.notes)
 
 
 @pytest.mark.parametrize(
