@@ -34,7 +34,13 @@ _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 #: Pages that a reader follows in an empty folder; each has a picture of what its commands write.
 _TUTORIALS = [
     DOCS / f"{name}.md"
-    for name in ("quick-start", "tutorial-controller", "tutorial-diagnose", "tutorial-simulator")
+    for name in (
+        "quick-start",
+        "tutorial-controller",
+        "tutorial-diagnose",
+        "tutorial-hobby",
+        "tutorial-simulator",
+    )
 ]
 _PICTURES = DOCS / "pictures"
 _RUN = [

@@ -1,0 +1,29 @@
+"""Draw tutorial_hobby.svg from the tutorial: python tutorial_hobby.py FOLDER"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from drawing import BLUE, GREY, Line, chart
+
+
+def picture(folder: Path) -> str:
+    """Return the position error of a joint with and without gravity compensation."""
+    seen = np.genfromtxt(folder / "errors.csv", delimiter=",", names=True)
+    kept = slice(0, None, len(seen) // 200)
+    t = seen["t"][kept]
+    return chart(
+        "Position error of shoulder_lift on a slow motion",
+        [
+            Line("goals as wanted", t, seen["plain"][kept], GREY),
+            Line("with gravity compensation", t, seen["gravity"][kept], BLUE),
+        ],
+        ("time, s", range(0, 21, 5)),
+        ("error of shoulder_lift, degrees", range(-1, 5)),
+    )
+
+
+if __name__ == "__main__":
+    Path("tutorial_hobby.svg").write_text(picture(Path(sys.argv[1])), encoding="utf-8")
