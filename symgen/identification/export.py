@@ -27,7 +27,7 @@ from symgen.faults.repair import open_samples
 from symgen.files import json_text, write_folder, write_text
 from symgen.identification.actuators import joint_drives
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
-from symgen.identification.judgement import SCALE_UNKNOWN
+from symgen.identification.judgement import require_scale
 from symgen.identification.parameters import (
     base_values,
     cad_parameters,
@@ -147,9 +147,7 @@ def identified_file(
         ParameterError: the file is of another robot, or cannot hold the values.
     """
     path = Path(path)
-    for reason in estimate.uses.parameters.reasons if estimate.uses else ():
-        if reason.kind == SCALE_UNKNOWN:
-            raise ParameterError(f"{path.name}: not exported, {reason.text}")
+    require_scale(estimate, f"{path.name}: not exported")
     imported = read_imported(path)
     model = derive(with_fixed_links(robot or imported.robot, imported.robot, path))
     ours = [name.removesuffix("R") for name in model.base.names]

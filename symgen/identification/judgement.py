@@ -18,7 +18,7 @@ import numpy as np
 
 from symgen import names
 from symgen.data.mask import moving_joints, rms
-from symgen.errors import first_of
+from symgen.errors import ParameterError, first_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import above_noise
 from symgen.estimation.solve import Solution
@@ -27,7 +27,7 @@ from symgen.estimation.torque_error import TorqueFit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
 from symgen.hypotheses.ask import Answer
 from symgen.identification.campaign import Campaign
-from symgen.identification.estimate import ParameterEstimate
+from symgen.identification.estimate import Estimate, ParameterEstimate
 from symgen.identification.settle import Settled, like_no_robot
 from symgen.identification.simulation import mixed_states, motion_states, some_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
@@ -62,7 +62,7 @@ _LITTLE_FRICTION = (
     "rest by itself; log the total torque or the motor current"
 )
 #: Kind of the reason that torques are counted in the input of a drive.
-SCALE_UNKNOWN = "drive_scale_unknown"
+_SCALE_UNKNOWN = "drive_scale_unknown"
 _SCALED = (
     "the gains of [controller] are known up to a common factor, which scales all torques, masses, "
     "inertias and friction alike and which no such log determines: only ratios of parameters hold"
@@ -384,9 +384,21 @@ def scale_unknown(campaign: Campaign) -> Reason | None:
             f"{robot.listed(references)}, and with them masses, inertias and friction; accepted "
             "for N m: --carried LOG --mass KG, or torque_constant, resistance and supply in [drive]"
         )
-        return Reason(SCALE_UNKNOWN, tuple(robot.numbers[j] for j in joints), text=text)
+        return Reason(_SCALE_UNKNOWN, tuple(robot.numbers[j] for j in joints), text=text)
     servo = robot.controller
     if servo is None or servo.scale != "unknown":
         return None
     of_gains = any(log.samples.command is not None for log in campaign.train)
     return Reason("scale_unknown", text=_SCALED) if of_gains else None
+
+
+def require_scale(estimate: Estimate, refused: str) -> None:
+    """Raise ParameterError if torques of an estimate are counted in the input of a drive.
+
+    Args:
+        estimate: the estimate.
+        refused: what needs torques in N m, and is refused.
+    """
+    for reason in estimate.uses.parameters.reasons if estimate.uses else ():
+        if reason.kind == _SCALE_UNKNOWN:
+            raise ParameterError(f"{refused}, {reason.text}")

@@ -26,6 +26,7 @@ from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Trace
 from symgen.identification.campaign import Filtering
 from symgen.identification.estimate import joints_of
+from symgen.identification.judgement import require_scale
 from symgen.identification.known_band import open_in_known_band
 from symgen.identification.load_problem import LoadProblem, load_problem
 from symgen.identification.load_result import (
@@ -131,6 +132,8 @@ def payload(
     progress("deriving and compiling the model")
     model = derive(source, JUDGING)
     in_file = None if parameters is None else read_known(parameters, model)
+    if in_file is not None and in_file.estimate is not None:
+        require_scale(in_file.estimate, f"{in_file.file}: a load has no mass in kg")
     evaluator = load(model)
 
     def error(log: FilteredLog) -> float:

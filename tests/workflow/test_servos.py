@@ -155,6 +155,8 @@ def test_without_a_mass_everything_is_counted_in_duty(recorded: Recorded, tmp_pa
     symgen.write(relative, tmp_path / "relative", robot=recorded.robot)
     with pytest.raises(symgen.ParameterError, match=r"counted in the duty.*--carried"):
         symgen.export(tmp_path / "relative", recorded.file)
+    with pytest.raises(symgen.ParameterError, match=r"no mass in kg.*--carried"):
+        symgen.payload(recorded.robot, recorded.later, parameters=tmp_path / "relative")
 
 
 def test_values_of_a_motor_from_its_catalogue_give_newton_metres(recorded: Recorded) -> None:
