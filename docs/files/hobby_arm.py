@@ -21,7 +21,7 @@ FULL = np.array([2.9, 3.1, 2.8, 2.9, 3.0, 2.9])  # torque at full duty, N m
 def arm(weight: float) -> mujoco.MjModel:
     """Return the arm: links are 25 % heavier than in the file, and joints have rotors and friction."""
     spec = mujoco.MjSpec.from_file("hobby.urdf")
-    spec.body("gripper").add_body(name="weight", pos=[0.07, 0, 0], mass=1, inertia=[1e-5] * 3)
+    spec.body("gripper").add_body(name="weight", ipos=[0.07, 0, 0], mass=1, inertia=[1e-5] * 3)
     spec.compiler.fusestatic = False
     model = spec.compile()
     model.body_mass[:] *= 1.25
