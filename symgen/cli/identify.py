@@ -80,6 +80,12 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 @click.option(
     "--com", callback=point, help="Its centre of mass in the frame of the link: X,Y,Z, m."
 )
+@click.option(
+    "--open",
+    "opened",
+    multiple=True,
+    help="Log of a motion with open windings, which separates back-EMF from viscous friction.",
+)
 @EXACT
 @click.option(
     "--workers",
@@ -101,6 +107,7 @@ def identify(
     carried: tuple[str, ...],
     mass: float | None,
     com: tuple[float, float, float] | None,
+    opened: tuple[str, ...],
     exact: bool,
     workers: int | None,
     scheduler: str | None,
@@ -128,7 +135,7 @@ def identify(
             validation=validation,
             model=model,
             method=method,
-            fit=symgen.FitOptions(prior, commanded, forgetting, carried, mass, com),
+            fit=symgen.FitOptions(prior, commanded, forgetting, carried, mass, com, opened),
             exact=exact,
             executor=executor,
             progress=told,

@@ -91,8 +91,8 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
             _require_base_motion(log)
         if reading.wrench and log.wrench is None:
             refuse("lacks the wrench of the sensor", f"columns {', '.join(WRENCH)}, N and N m")
-        if log.tau is None and reading.wrench:
-            return replace(log, tau=read_only(0 * log.q))
+        if reading.opened or (log.tau is None and reading.wrench):
+            return replace(log, tau=read_only(0 * log.q), drive_unit="")
         if log.tau is None and log.current is None:
             refuse("has a wrench and no torques", "tau1.., or symgen payload --sensor")
         if log.tau is None:

@@ -11,19 +11,23 @@ from typing import Any
 import numpy as np
 
 from symgen import names as names_of
+from symgen.data.mask import rms
 from symgen.data.raw import Reading, refuse
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.opening import Source, require_other_data
-from symgen.estimation.solve import Solution
+from symgen.estimation.solve import Solution, weighted_least_squares
+from symgen.estimation.system import join, torque_equations
 from symgen.estimation.values import FloatArray
 from symgen.identification.campaign import Campaign, Filtering
-from symgen.identification.estimate import DriveEstimate
+from symgen.identification.estimate import DriveEstimate, Estimate
 from symgen.identification.known_band import open_in_known_band
 from symgen.identification.scales import Carried, find_scales, with_torques
 
 #: Part of the largest input of a drive above which it is at its limit.
 _LIMITED = 0.999
+#: Part of the usual speed above which a joint moves with an open winding.
+_MOVES, _TINY = 0.05, 1e-300
 _ROUNDS = 2  # the band of the logs follows their torques
 
 
@@ -89,6 +93,59 @@ def in_torques(
             break
         inputs = inputs.in_band(campaign.band)
     return campaign
+
+
+def with_back_emf(
+    estimate: Estimate,
+    campaign: Campaign,
+    given: Any,
+    logs: Sequence[Source],
+    reading: Reading | None = None,
+) -> Estimate:
+    """Return an estimate with the back-EMF of its drives, from logs with open windings.
+
+    An open winding has neither torque nor back-EMF, so that the torque of X is b qd too large:
+
+        Y X = b qd
+
+    Args:
+        estimate: an estimate from logs of duty.
+        campaign: these logs.
+        given: the robot, or the path of its file.
+        logs: logs of a motion with open windings, for example of an arm that falls.
+        reading: options of reading and masking.
+
+    Raises:
+        LogError: symgen cannot read a log.
+        IdentificationError: the estimate is not from logs of duty, or no joint moves.
+    """
+    if not estimate.drives:
+        raise IdentificationError("--open separates the back-EMF of servos; accepted: logs of duty")
+    model, X = campaign.evaluator, estimate.X
+    robot = model.model.robot
+    band = Filtering(known=campaign.band)
+    off = open_in_known_band(model, given, logs, replace(reading or Reading(), opened=True), band)
+    rows = join([torque_equations(model, log) for log in off.train])
+    speeds = np.zeros(rows.y.shape)
+    for j, number in enumerate(robot.numbers):  # the columns of viscous friction
+        if f"FV{number}" in rows.names:
+            speeds[:, j] = rows.W[:, j, rows.names.index(f"FV{number}")]
+    usual = rms(np.concatenate([log.qd for log in campaign.train]))
+    moved = np.flatnonzero(rms(speeds) > _MOVES * usual)
+    if not len(moved):
+        raise IdentificationError("--open: no joint with viscous friction moves in these logs")
+    columns = np.einsum("kj,ji->kji", speeds, np.eye(robot.n))[:, :, moved]
+    solution = weighted_least_squares(replace(rows.with_regressor(columns), y=rows.W @ X))
+    responses = (
+        np.einsum("kj,kjp->jp", speeds, rows.W)
+        / np.maximum((speeds**2).sum(axis=0), _TINY)[:, None]
+    )
+    drives = list(estimate.drives)
+    for k, j in enumerate(moved.tolist()):
+        of_X = float(responses[j] @ estimate.covariance @ responses[j])
+        std = math.sqrt(float(solution.covariance[k, k]) + of_X)
+        drives[j] = replace(drives[j], back_emf=float(solution.X[k]), back_emf_std=std)
+    return replace(estimate, drives=tuple(drives))
 
 
 def drive_estimates(campaign: Campaign, solution: Solution) -> tuple[DriveEstimate, ...]:

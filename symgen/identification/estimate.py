@@ -146,6 +146,9 @@ class DriveEstimate:
         no_load: speed at the limit of u without a load, rad/s (m/s); NaN if it is unknown.
         no_load_std: its standard deviation.
         limited: share of the samples at the limit of u.
+        back_emf: the part of the viscous friction that the drive adds, N m s/rad (N s/m), from logs
+            with open windings; NaN if it is unknown.
+        back_emf_std: its standard deviation.
     """
 
     joint: int
@@ -157,6 +160,8 @@ class DriveEstimate:
     no_load: OrNan
     no_load_std: SizeOrNan
     limited: Size
+    back_emf: OrNan = math.nan
+    back_emf_std: SizeOrNan = math.nan
 
 
 UNCHECKED = Consistency(None, Reason("not_checked", text="not checked"))

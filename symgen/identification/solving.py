@@ -48,6 +48,8 @@ class FitOptions:
         carried: for servos that report their duty: logs in which the link of [payload] carries a
             body of known mass, which gives the torques of the drives.
         mass: mass of this body, kg.
+        opened: for such servos: logs of a motion with open windings, which separate back-EMF from
+            viscous friction.
         com: its centre of mass in the frame of the link, m; None if unknown.
     """
 
@@ -57,6 +59,7 @@ class FitOptions:
     carried: Sequence[Source] | Source = ()
     mass: float | None = None
     com: tuple[float, float, float] | None = None
+    opened: Sequence[Source] | Source = ()
 
     @property
     def body(self) -> Carried | None:

@@ -33,7 +33,7 @@ from symgen.identification.assessment import (
     outcome,
 )
 from symgen.identification.campaign import Campaign, Filtering, open_campaign
-from symgen.identification.drives import in_torques
+from symgen.identification.drives import in_torques, with_back_emf
 from symgen.identification.estimate import UNCHECKED, Estimate
 from symgen.identification.model_choice import ChosenModel, choose_model
 from symgen.identification.parameters import read_prior
@@ -126,7 +126,9 @@ def identify(
     )
     campaign = in_torques(campaign, robot, carried, body, reading)
     about = replace(about.with_prior(options, campaign.evaluator), motions=tuple(motions))
-    return identified(campaign, about).estimate
+    estimate = identified(campaign, about).estimate
+    opened = expanded(listed_logs(options.opened))
+    return with_back_emf(estimate, campaign, robot, opened, reading) if opened else estimate
 
 
 @dataclass(frozen=True, eq=False)

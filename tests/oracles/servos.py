@@ -7,7 +7,7 @@ the log, sees positions in ticks, and holds its duty until the next sample.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -143,10 +143,17 @@ def recorded(
     seconds: float,
     rate: float = 200.0,
     load: tuple[float, Sequence[float]] | None = None,
+    *,
+    opened: bool = False,
 ) -> Log:
-    """Return a log of the arm on a random motion: positions in ticks, reference, and duty."""
+    """Return a log of the arm on a random motion: positions in ticks, reference, and duty.
+
+    With open windings, the arm falls from the first reference; its duty is zero.
+    """
     import mujoco
 
+    if opened:
+        arm = replace(arm, a=0 * arm.a, b=0 * arm.b)
     model = mujoco.MjModel.from_xml_string(mjcf(arm, load))
     data = mujoco.MjData(model)
     frequency, phase = rng.uniform(0.08, 0.45, (arm.n, 5)), rng.uniform(0, 2 * np.pi, (arm.n, 5))
@@ -165,7 +172,7 @@ def recorded(
     q, u = np.empty_like(wanted), np.empty_like(wanted)
     for k, target in enumerate(wanted):
         q[k] = np.round(data.qpos / TICK) * TICK
-        duty = np.clip(arm.gain * (target - q[k]), -1, 1)
+        duty = (not opened) * np.clip(arm.gain * (target - q[k]), -1, 1)
         u[k] = data.ctrl[:] = np.round(duty / DUTY) * DUTY
         mujoco.mj_step(model, data, steps)
     return Log(name, t, q, None, None, duty=u, qr=wanted)

@@ -198,3 +198,15 @@ def test_a_known_mass_needs_its_link_and_another_log(recorded: Recorded) -> None
         recorded.identified(bare, carried=[recorded.carried], mass=LOAD)
     with pytest.raises(symgen.LogError, match="same data"):
         recorded.identified(carried=[recorded.train[0]], mass=LOAD)
+
+
+def test_open_windings_tell_back_emf_from_viscous_friction(recorded: Recorded) -> None:
+    arm, rng = recorded.arm, np.random.default_rng(5)
+    opened = [servos.recorded(arm, f"open{k}", rng, 3.0, opened=True) for k in range(6)]
+    estimate = recorded.identified(carried=[recorded.carried], mass=LOAD, opened=opened)
+    known = [d for d in estimate.drives if np.isfinite(d.back_emf)]
+    assert [d.joint for d in known] == [1, 2]  # friction holds joint 3
+    for drive in known:
+        b = arm.b[drive.joint - 1]
+        assert drive.back_emf == pytest.approx(b, abs=WITHIN * drive.back_emf_std)
+        assert drive.back_emf_std < 0.02 * b

@@ -62,8 +62,9 @@ _MODELS = (
 _SUSPECTED = "What may be wrong but is not certain. It changes no verdict."
 _DRIVES = (
     "A drive gives its torque times its input, less friction and back-EMF. Back-EMF has the form "
-    "of viscous friction, and FV holds both. Stall torque and no-load speed are those at the "
-    "largest input, without a load."
+    "of viscous friction, and FV holds both; logs with open windings (--open) tell them apart. "
+    "Stall torque and no-load speed are those at the largest input, without a load. The last "
+    "column is the share of samples at this limit."
 )
 _VALUES = ("The distance is from the estimate, in standard deviations of the other value.",)
 #: Correlation above which two parameters are listed as hardly distinguishable.
@@ -211,19 +212,33 @@ def _drive_sections(e: Estimate) -> list[Section]:
     rows = []
     for d in e.drives:
         joint = names[d.joint]
-        speed = value_with_std(d.no_load, d.no_load_std)
+        speed = _with_std(d.no_load, d.no_load_std)
         rows.append(
             (
                 joint.label,
                 *value_with_std(d.torque, d.std),
                 d.unit,
-                "" if math.isnan(d.stall) else " +- ".join(value_with_std(d.stall, d.stall_std)),
-                "" if math.isnan(d.no_load) else f"{' +- '.join(speed)} {joint.place_unit}/s",
+                _with_std(d.stall, d.stall_std),
+                f"{speed} {joint.place_unit}/s" if speed else "",
+                _with_std(d.back_emf, d.back_emf_std),
                 percent(d.limited),
             )
         )
-    header = ("joint", "torque", "std", "unit", "stall torque", "no-load speed", "at the limit")
+    header = (
+        "joint",
+        "torque",
+        "std",
+        "unit",
+        "stall torque",
+        "no-load speed",
+        "back-EMF",
+        "limit",
+    )
     return [Section("Drives", (_DRIVES,), Table(header, rows), printed=())]
+
+
+def _with_std(value: float, std: float) -> str:
+    return "" if math.isnan(value) else " +- ".join(value_with_std(value, std))
 
 
 def _suspected_sections(e: Estimate) -> list[Section]:
