@@ -167,7 +167,7 @@ class Reading:
             from -100 to 100; empty for other files.
         wrench: whether to read the wrench of a sensor, without which the log is refused; torques
             may then be missing, and are zero.
-        opened: whether the windings of the drives are open: the torques are zero.
+        open_windings: whether the windings of the drives are open: the torques are zero.
     """
 
     columns: Mapping[str, str] | str = field(default_factory=dict)
@@ -183,7 +183,7 @@ class Reading:
     header: bool = True
     range: tuple[tuple[float, float], ...] = ()
     wrench: bool = False
-    opened: bool = False
+    open_windings: bool = False
 
     def __post_init__(self) -> None:
         """Check the options.

@@ -124,7 +124,9 @@ def with_back_emf(
     model, X = campaign.evaluator, estimate.X
     robot = model.model.robot
     band = Filtering(known=campaign.band)
-    off = open_in_known_band(model, given, logs, replace(reading or Reading(), opened=True), band)
+    off = open_in_known_band(
+        model, given, logs, replace(reading or Reading(), open_windings=True), band
+    )
     rows = join([torque_equations(model, log) for log in off.train])
     speeds = np.zeros(rows.y.shape)
     for j, number in enumerate(robot.numbers):  # the columns of viscous friction
