@@ -267,7 +267,7 @@ class FilteredLog:
             resting: (K, n) whether a rest affects a row; None, for a weight of one, without rests.
         """
         if resting is None or self.band.rests is None:
-            return np.ones((1, self.q.shape[1]))
+            return np.ones((1, self.tau.shape[1]))
         return np.where(resting, self.band.rests.weight, 1.0)
 
     @cached_property

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Generic, Self, TypeVar
 
 import numpy as np
 
@@ -37,8 +37,12 @@ from symgen.identification.parameters import link_columns
 from symgen.identification.solving import ROUNDS, SETTLED
 from symgen.runtime.evaluator import Evaluator
 
+#: The equations that were solved.
+System = TypeVar("System", bound="LoadSystem")
 
-class Solved(NamedTuple):
+
+@dataclass(frozen=True, eq=False)
+class Solved(Generic[System]):
     """A solution for robot and load, and the last step to it.
 
     Attributes:
@@ -49,7 +53,7 @@ class Solved(NamedTuple):
         rows: equations of that step.
     """
 
-    problem: LoadProblem
+    problem: System
     X: FloatArray
     a: FloatArray
     solution: Solution
@@ -60,12 +64,15 @@ class Solved(NamedTuple):
         """Parameters of the robot with the load, (p,)."""
         return self.X + self.problem.in_X(self.a)
 
-    def load(self, covariance: FloatArray) -> Load:
-        """Return the load, from the covariance (r, r) of `a`."""
+    def load(self, covariance: FloatArray | None = None) -> Load:
+        """Return the load, from the covariance (k, k) of the solution; None for its own."""
         from scipy.linalg import null_space
 
         V, known = self.problem.V, self.problem.known
         onto = UNITS[:, None] * V
+        directions = V.shape[1]
+        covariance = self.solution.covariance if covariance is None else covariance
+        covariance = covariance[:directions, :directions]
         null = null_space(np.column_stack([V, known != 0]).T)
         return Load(known + onto @ self.a, onto @ covariance @ onto.T, null)
 
@@ -81,24 +88,18 @@ class Solved(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class LoadProblem:
-    """Torque equations of logs with a load and without, joint by joint.
+class LoadSystem:
+    """Equations of logs with a load and without, linear in parameters X and in the load.
 
     Attributes:
-        evaluator: the compiled model.
-        model: model of the equations.
-        logs: logs with the load, and logs without it.
         rows: equations of all logs.
         loaded: (K, 1) 1.0 for the rows of logs with the load, 0.0 for the others.
         G: (p, 10) matrix from the parameters of the load to X.
         V: (10, r) determined directions of the load, orthonormal in UNITS.
         known: (10,) known parameters of the load: its mass or 0, and zeros.
-        free: indices of the fitted parameters of the robot.
+        free: indices of the fitted parameters in X.
     """
 
-    evaluator: Evaluator
-    model: EquationModel
-    logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]]
     rows: Rows
     loaded: FloatArray
     G: FloatArray
@@ -106,13 +107,48 @@ class LoadProblem:
     known: FloatArray
     free: Sequence[int]
 
+    def step(self, X: FloatArray, a: FloatArray) -> Solved[Self]:
+        """Solve for changes of the load a (r,) and of the free parameters of X (p,)."""
+        W, loaded = self.rows.W, self.loaded
+        robot = self.rows.y - W @ X
+        y = robot - loaded * (W @ self.in_X(a))
+        labels = [f"load {k + 1}" for k in range(len(a))]
+        labels += [self.rows.names[k] for k in self.free]
+        of_load = loaded[..., None] * (W @ (self.G * UNITS @ self.V))
+        both = np.concatenate([of_load, W[:, :, self.free]], axis=2)
+        rows = replace(self.rows, names=tuple(labels), W=both, y=y)
+        solution = Wls().solve(rows)
+        changed, moved = np.split(solution.X, [len(a)])
+        updated = X.copy()
+        updated[self.free] += moved
+        return Solved(self, updated, a + changed, solution, rows)
+
+    def in_X(self, a: FloatArray) -> FloatArray:
+        """Return the contribution of the load a (r,) to X, (p,)."""
+        return self.G @ (self.known + UNITS * (self.V @ a))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadProblem(LoadSystem):
+    """Torque equations of logs with a load and without, joint by joint.
+
+    Attributes:
+        evaluator: the compiled model.
+        model: model of the equations.
+        logs: logs with the load, and logs without it.
+    """
+
+    evaluator: Evaluator
+    model: EquationModel
+    logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]]
+
     def on_link(self, link: int) -> LoadProblem:
         """Return the problem of a load on another link."""
         weighed = bool(self.known.any())
         G, V = _directions(self.evaluator, self.rows, self.loaded, link, weighed)
         return replace(self, G=G, V=V)
 
-    def solve(self, X: FloatArray) -> Solved:
+    def solve(self, X: FloatArray) -> Solved[LoadProblem]:
         """Solve for the load and the free parameters, from those of the robot alone, X (p,).
 
         Raises:
@@ -138,27 +174,6 @@ class LoadProblem:
         solved = self.step(X, np.zeros(self.V.shape[1]))
         torques = fit(self.evaluator, self.logs[0], solved.with_load)
         return torques.in_motion.residual.relative
-
-    def step(self, X: FloatArray, a: FloatArray) -> Solved:
-        """Solve for changes of the load a (r,) and of the free parameters of X (p,)."""
-        W, loaded = self.rows.W, self.loaded
-        robot = self.rows.y - W @ X
-        y = robot - loaded * (W @ self.in_X(a))
-        names = self.evaluator.model.base.names
-        labels = [f"load {k + 1}" for k in range(len(a))]
-        labels += [names[k] for k in self.free]
-        of_load = loaded[..., None] * (W @ (self.G * UNITS @ self.V))
-        both = np.concatenate([of_load, W[:, :, self.free]], axis=2)
-        rows = replace(self.rows, names=tuple(labels), W=both, y=y)
-        solution = Wls().solve(rows)
-        changed, moved = np.split(solution.X, [len(a)])
-        updated = X.copy()
-        updated[self.free] += moved
-        return Solved(self, updated, a + changed, solution, rows)
-
-    def in_X(self, a: FloatArray) -> FloatArray:
-        """Return the contribution of the load a (r,) to X, (p,)."""
-        return self.G @ (self.known + UNITS * (self.V @ a))
 
 
 def load_problem(
@@ -189,7 +204,9 @@ def load_problem(
     G, V = _directions(evaluator, rows, loaded, link, mass is not None)
     determined = identifiable_columns(np.concatenate([e.W for e in rows.parts])).kept
     free = [k for k in determined if k >= fixed]
-    return LoadProblem(evaluator, model, logs, rows, loaded, G, V, known, free)
+    return LoadProblem(
+        rows, loaded, G, V, known, free, evaluator=evaluator, model=model, logs=logs
+    )  # fmt: skip
 
 
 def _rows(
@@ -218,7 +235,19 @@ def _directions(
     free = 10 - weighed
     scaled = (G * UNITS)[:, :free]
     parts = [e.W @ scaled for e in rows.weighed(loaded).parts]
-    _, sizes, V = np.linalg.svd(triangle(np.concatenate(parts)))
-    nonzero = sizes > SMALL * sizes[0]
-    shown = V[: len(sizes)][nonzero].T
+    shown = shown_directions(np.concatenate(parts))
     return G, np.vstack([shown, np.zeros((10 - free, shown.shape[1]))])
+
+
+def shown_directions(columns: FloatArray, noise: FloatArray | None = None) -> FloatArray:
+    """Return the directions (10, r) of the load that its columns show, orthonormal.
+
+    Args:
+        columns: (K, 10) columns of the load.
+        noise: (L, 10) their noise, which the columns have to exceed; None if they are exact.
+    """
+    _, sizes, V = np.linalg.svd(triangle(columns))
+    lost = np.full(len(sizes), SMALL * sizes[0])
+    if noise is not None:
+        lost = np.maximum(lost, np.linalg.norm(noise @ V.T, axis=0))
+    return np.asarray(V[: len(sizes)][sizes > lost].T)

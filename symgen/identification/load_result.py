@@ -30,8 +30,8 @@ WITHOUT, WITH = "torque without the load", "torque with the load"
 class Quantity:
     """A value with its standard deviation; both are None if the logs do not determine it."""
 
-    value: float | None
-    std: Size | None
+    value: float | None = None
+    std: Size | None = None
 
 
 @dataclass(frozen=True)
@@ -184,16 +184,22 @@ def payload_of(
     )
 
 
-def require_mass(body: Load, link: str) -> None:
+def require_mass(
+    body: Load, link: str, how: str = "logs in which it is turned against gravity, or --mass"
+) -> None:
     """Refuse a load whose mass the logs do not show.
+
+    Args:
+        body: the load of the equations.
+        link: name of the link.
+        how: logs that determine the mass.
 
     Raises:
         IdentificationError: the mass is not determined, or below 3 standard deviations.
     """
     if "mass" not in body.determined():
         raise IdentificationError(
-            f"the logs do not determine the mass of a load on the link of {link}; accepted: logs "
-            "in which it is turned against gravity, or --mass"
+            f"the logs do not determine the mass of a load on the link of {link}; accepted: {how}"
         )
     mass, std = read_off(body.s)[0], body.std()[0]
     if mass < BEYOND * std:
@@ -230,5 +236,5 @@ def _quantities(
     out = []
     for name, value, deviation in zip(LABELS, values.tolist(), std.tolist(), strict=True):
         shown = name in known and (name not in names.INERTIA or BEYOND * deviation < inertia)
-        out.append(Quantity(value, deviation) if shown else Quantity(None, None))
+        out.append(Quantity(value, deviation) if shown else Quantity())
     return out, tuple(notes)

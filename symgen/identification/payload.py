@@ -165,8 +165,7 @@ def payload(
             covariance = covariance + shift @ spread[: model.inertial, : model.inertial] @ shift.T
     unloaded = solved.X if known is None else X
     errors, traces = _load_errors(evaluator, groups[0], unloaded, solved.with_load)
-    r = len(solved.a)
-    body = solved.load(covariance[:r, :r])
+    body = solved.load(covariance)
     if in_frame is not None:
         body = body.in_frame(in_frame)
     _require_link(solved.problem, X, link, errors.after)

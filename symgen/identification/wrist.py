@@ -16,34 +16,32 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from symgen.data.mask import Mask
-from symgen.data.raw import WRENCH, Bools, Reading
+from symgen.data.raw import WRENCH, Places, Reading
 from symgen.data.signals import (
     MARGIN,
     OPEN,
     Samples,
     comparison_band,
     noise_of_differences,
-    require_cutoff,
 )
 from symgen.errors import IdentificationError, RobotError
-from symgen.estimation.band import Band
-from symgen.estimation.decimation import PER_PERIOD
-from symgen.estimation.estimators import Wls
+from symgen.estimation.cutoff import band_of
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.opening import Source, require_other_data
-from symgen.estimation.summary import triangle
-from symgen.estimation.system import Extent, Rows, join
-from symgen.estimation.torque_error import percent
+from symgen.estimation.system import Rows, join, torque_frame
+from symgen.estimation.torque_error import equation_residual, percent
 from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.repair import open_logs
-from symgen.identification.load import COM, LABELS, SMALL, UNITS, Load
+from symgen.identification.load import COM, LABELS, UNITS
+from symgen.identification.load_problem import LoadSystem, Solved, shown_directions
 from symgen.identification.load_result import (
     WITH,
+    WITHOUT,
     LoadErrors,
     Payload,
     Quantity,
@@ -61,6 +59,10 @@ from symgen.runtime.evaluator import load_model
 _TOOL, _CHANNELS = len(UNITS), len(WRENCH)
 #: Shapes of an offset over a log: constant, a drift, and two bends of it.
 _SHAPES = 4
+_POSES = (
+    "at least three poses at rest in which gravity has other directions in the frame of the "
+    "sensor, so not poses about one vertical axis alone"
+)
 _TURNED = (
     "the sensor reports what the tool exerts on the arm, as the fit gave a negative mass: its "
     "wrench was multiplied by -1, and the offsets are those of the result"
@@ -98,7 +100,9 @@ def payload_by_wrench(
     (opened, _), repairs = open_logs((sources, ()), robot, with_wrench, progress)
     samples = [_of_wrench(s) for s in opened]
     require_other_data(samples, [])
-    band = _band(samples, cutoff)
+    highest = OPEN * min(1 / s.step for s in samples)
+    usual = min(MARGIN * comparison_band(samples), highest)
+    band = replace(band_of(samples, cutoff or usual), velocity="derived")
     logs = [filter_log(s, band) for s in samples]
     progress("deriving and compiling the model")
     kernel = load_model(robot_toml(robot), ("tool_wrench",))["tool_wrench"]
@@ -106,22 +110,28 @@ def payload_by_wrench(
     places = np.eye(len(logs))
     rows = join([_equations(kernel, at, log) for at, log in zip(places, logs, strict=True)])
     noise = noise_columns(partial(_equations, kernel, np.ones(1)), logs)[:, :_TOOL]
-    fitted = _with_drifts(rows, noise)
-    known = _require_shown(fitted.tool)
-    turned = bool(fitted.tool.s[-1] < -BEYOND * fitted.tool.std()[0])
+    solved = _with_drifts(rows, noise)
+    tool = solved.load()
+    turned = bool(tool.s[-1] < -BEYOND * math.sqrt(tool.covariance[-1, -1]))
     if turned:
-        rows, fitted = replace(rows, y=-rows.y), fitted.turned()
-    require_mass(fitted.tool, robot.label(frame.joint))
-    traces = _traces(logs, rows, fitted)
-    errors = _errors(logs, traces)
+        solved = _with_drifts(replace(rows, y=-rows.y), noise)
+        tool = solved.load()
+    require_mass(tool, robot.label(frame.joint), _POSES)
+    errors, traces = _errors(logs, solved)
     notes = [note for s in samples for note in s.notes]
-    left = ", ".join(name for name in LABELS if name not in known)
+    left = [name for name in LABELS if name not in tool.determined()]
     if left:
-        notes.append(f"{left} stay open: more poses show the centre, and motion the inertia")
+        notes.append(
+            f"{', '.join(left)} stay open: more poses show the centre, and motion the inertia"
+        )
     if turned:
         notes.append(_TURNED)
+    offset, drift = _offsets(solved)
+    if not {*COM}.isdisjoint(left):
+        offset[3:] = [Quantity()] * 3
+    nearest = tuple(tool.nearest().s.tolist())
     return payload_of(
-        fitted.tool,
+        tool,
         None,
         None,
         tuple(notes),
@@ -133,87 +143,9 @@ def payload_by_wrench(
         repairs=tuple(repairs),
         joints=(),
         joint=frame.joint,
-        sensor=_sensor(fitted, known, turned),
+        sensor=Sensor(tuple(offset), tuple(drift), turned, nearest),
         traces=traces,
     )
-
-
-def _band(samples: Sequence[Samples], cutoff: float | None) -> Band:
-    """Return the band of the logs, with speeds from positions.
-
-    Raises:
-        LogError: no filter can have this cutoff.
-    """
-    rate, comparison = min(1 / s.step for s in samples), comparison_band(samples)
-    if cutoff is None:
-        cutoff = min(MARGIN * comparison, OPEN * rate)
-    for s in samples:
-        require_cutoff(s.name, cutoff, s.step, s.length)
-    return Band(rate, cutoff, comparison, "derived")
-
-
-def _require_shown(tool: Load) -> set[str]:
-    """Return the names of what the logs determine.
-
-    Raises:
-        IdentificationError: they leave the mass open.
-    """
-    known = {*tool.determined()}
-    if "mass" not in known:
-        left = ", ".join(name for name in LABELS if name not in known)
-        raise IdentificationError(
-            f"the logs leave {left} and the offsets of the sensor open; accepted: at least three "
-            "poses at rest in which gravity has other directions in the frame of the sensor, so "
-            "not poses about one vertical axis alone"
-        )
-    return known
-
-
-def _sensor(fitted: _Fit, known: set[str], turned: bool) -> Sensor:
-    """Return offset and drift of each channel in the last log.
-
-    If the centre of the tool stays open, so do the offsets of the moments.
-    """
-    pairs = zip(fitted.others.tolist(), fitted.std.tolist(), strict=True)
-    quantities = [Quantity(*pair) if pair[1] else Quantity(None, None) for pair in pairs]
-    last = quantities[-_SHAPES * _CHANNELS :]
-    offset, drift = tuple(last[:_CHANNELS]), tuple(last[_CHANNELS : 2 * _CHANNELS])
-    if not {*COM} <= known:
-        offset = (*offset[:3], *3 * [Quantity(None, None)])
-    return Sensor(offset, drift, turned, tuple(fitted.tool.nearest().s.tolist()))
-
-
-def _traces(logs: Sequence[FilteredLog], rows: Rows, fitted: _Fit) -> tuple[Trace, ...]:
-    """Return the wrench of each log without the offset, and that of the tool."""
-    of_tool, of_logs = np.split(rows.W, [_TOOL], axis=2)
-    measured, model = rows.y - of_logs @ fitted.others, of_tool @ fitted.tool.s
-    return tuple(
-        Trace(log.name, "train", WITH, rows.t[at], measured[at], model[at])
-        for log, at in zip(logs, rows.spans, strict=True)
-    )
-
-
-def _errors(logs: Sequence[FilteredLog], traces: Sequence[Trace]) -> LoadErrors:
-    """Return the RMS error of the force over the RMS of the force, and that of noise alone.
-
-    Raises:
-        IdentificationError: the tool is no rigid body.
-    """
-    size, error, noise = 0.0, 0.0, 0.0
-    for log, trace in zip(logs, traces, strict=True):
-        size += float(np.sum(trace.measured[:, :3] ** 2))
-        error += float(np.sum(trace.residual[:, :3] ** 2))
-        white = noise_of_differences(log.tau[:, :3])
-        passed = 2 * log.band.comparison_hz * log.step
-        noise += len(trace.t) * passed * float(white @ white)
-    relative, floor = math.sqrt(error / size), math.sqrt(noise / size)
-    if relative > max(ACCEPT, NOISES * floor):
-        raise IdentificationError(
-            f"the wrench is not that of a rigid tool: {percent(relative)} of its force remains; "
-            "accepted: a [[frame]] with the axes of the sensor, the gravity of the robot file, and "
-            "logs without contact and without moving fingers"
-        )
-    return LoadErrors(1.0, relative, floor, (), ())
 
 
 def _of_wrench(s: Samples) -> Samples:
@@ -230,34 +162,20 @@ def _equations(kernel: Any, place: FloatArray, log: FilteredLog) -> Rows:
         place: (L,) 1 for this log, and 0 for the other ones.
         log: the log.
     """
-    none, one = np.zeros(_CHANNELS), np.ones(log.tau.shape)
+    none = np.zeros(_CHANNELS)
 
     def columns(*motion: FloatArray) -> FloatArray:
         return np.stack([kernel(*motion, unit, none) for unit in np.eye(_TOOL)], axis=2)
 
-    late = (log.t - log.t[-1]) / log.samples.length
-    bend = late * (1 + late)
-    shapes = (np.ones(len(late)), late, bend, bend * (1 + 2 * late))
-    parts = [log.compared(one * shape[:, None])[:, :, None] for shape in shapes]
-    own = np.concatenate([part * np.eye(_CHANNELS) for part in parts], axis=2)
-    W = np.concatenate([log.modelled(columns), np.kron(place, own)], axis=2)
-    extents = (Extent(len(W), PER_PERIOD // 2),)
-    return Rows((), W, log.measured, log.compared_t, np.where(log.free, one[log.kept], 0), extents)
+    late = (log.t - log.t[-1])[:, None] / log.samples.length
+    factors = [np.ones(late.shape), late, 1 + late, 1 + 2 * late]
+    shapes = log.compared(np.cumprod(np.stack(factors, axis=2), axis=2))
+    of_logs = np.kron(np.kron(place, shapes), np.eye(_CHANNELS))
+    W = np.concatenate([log.modelled(columns), of_logs], axis=2)
+    return torque_frame(log).rows.with_regressor(W)
 
 
-class _Fit(NamedTuple):
-    """The tool, and offsets and drifts (q,) with their deviations (q,), both 0 if not fitted."""
-
-    tool: Load
-    others: FloatArray
-    std: FloatArray
-
-    def turned(self) -> _Fit:
-        """Return the fit of the opposite wrench."""
-        return _Fit(replace(self.tool, s=-self.tool.s), -self.others, self.std)
-
-
-def _with_drifts(rows: Rows, noise: FloatArray) -> _Fit:
+def _with_drifts(rows: Rows, noise: FloatArray) -> Solved[LoadSystem]:
     """Fit tool and offsets, with the drifts that are beyond chance.
 
     Drifts are left out if they would leave more of the tool open.
@@ -266,33 +184,72 @@ def _with_drifts(rows: Rows, noise: FloatArray) -> _Fit:
         rows: the equations.
         noise: (K, 10) noise of the columns of the tool.
     """
-    drifts = np.arange(rows.W.shape[2] - _TOOL) // _CHANNELS % _SHAPES > 0
-    still = _fit(rows, noise, ~drifts)
-    drifting = _fit(rows, noise, drifts | ~drifts)
-    if drifting.tool.null.shape != still.tool.null.shape:
+    places = np.arange(_TOOL, rows.W.shape[2])
+    constant = (places - _TOOL) // _CHANNELS % _SHAPES == 0
+    still = _solved(rows, noise, places[constant])
+    drifting = _solved(rows, noise, places)
+    directions = len(drifting.a)
+    if directions < len(still.a):
         return still
-    return _fit(rows, noise, ~drifts | (np.abs(drifting.others) > BEYOND * drifting.std))
+    beyond = np.abs(drifting.X[places]) > BEYOND * drifting.solution.std[directions:]
+    return _solved(rows, noise, places[constant | beyond])
 
 
-def _fit(rows: Rows, noise: FloatArray, used: Bools) -> _Fit:
-    """Fit the tool with some of the offsets and drifts.
+def _solved(rows: Rows, noise: FloatArray, others: Places) -> Solved[LoadSystem]:
+    """Fit the tool and some of the offsets and drifts.
 
     A direction of the tool stays open if its columns, without their part in those of the offsets,
     do not exceed the noise of the positions.
     """
-    from scipy.linalg import block_diag, null_space
+    columns, count = rows.W[rows.weight > 0], rows.W.shape[2]
+    of_tool, of_others = columns[:, :_TOOL] * UNITS, columns[:, others]
+    shared = of_others @ np.linalg.lstsq(of_others, of_tool, rcond=None)[0]
+    V = shown_directions(of_tool - shared, noise * UNITS)
+    onto, known = np.eye(count)[:, :_TOOL], np.zeros(_TOOL)
+    system = LoadSystem(rows, np.ones((1, 1)), onto, V, known, others.tolist())
+    return system.step(np.zeros(count), np.zeros(V.shape[1]))
 
-    columns, others = np.split(rows.W[rows.weight > 0], [_TOOL], axis=1)
-    columns, others = columns * UNITS, others[:, used]
-    shared = others @ np.linalg.lstsq(others, columns, rcond=None)[0]
-    _, sizes, directions = np.linalg.svd(triangle(columns - shared))
-    lost = np.linalg.norm(noise * UNITS @ directions.T, axis=0)
-    shown = directions[sizes > np.maximum(lost, SMALL * np.linalg.norm(columns))]
-    onto = block_diag(UNITS[:, None] * shown.T, np.eye(len(used))[:, used])
-    solution = Wls().solve(rows.with_regressor(rows.W @ onto))
-    (s, values), covariance = (
-        np.split(onto @ solution.X, [_TOOL]),
-        onto @ solution.covariance @ onto.T,
-    )
-    tool = Load(s, covariance[:_TOOL, :_TOOL], null_space(shown))
-    return _Fit(tool, values, np.sqrt(np.diag(covariance))[_TOOL:])
+
+def _offsets(solved: Solved[LoadSystem]) -> tuple[list[Quantity], list[Quantity]]:
+    """Return offset and drift of each channel in the last log."""
+    std = np.zeros(len(solved.X))
+    std[solved.problem.free] = solved.solution.std[len(solved.a) :]
+    pairs = zip(solved.X.tolist(), std.tolist(), strict=True)
+    quantities = [Quantity(x, deviation) if deviation else Quantity() for x, deviation in pairs]
+    last = quantities[-_SHAPES * _CHANNELS :]
+    return last[:_CHANNELS], last[_CHANNELS : 2 * _CHANNELS]
+
+
+def _errors(
+    logs: Sequence[FilteredLog], solved: Solved[LoadSystem]
+) -> tuple[LoadErrors, tuple[Trace, ...]]:
+    """Return the RMS error of the force over the RMS of the force, that of noise alone, and traces
+    of the wrench, all without the offset.
+
+    Raises:
+        IdentificationError: the tool is no rigid body.
+    """
+    rows, tool = solved.problem.rows, solved.problem.in_X(solved.a)
+    alone = replace(rows, y=rows.y - rows.W @ solved.X)
+    forces = [part for part in alone.parts if part.joint in range(3)]
+    relative = equation_residual(forces, tool).relative
+    noise = 0.0
+    for log in logs:
+        white = noise_of_differences(log.tau[:, :3])
+        passed = 2 * log.band.comparison_hz * log.step
+        noise += len(log.kept) * passed * float(white @ white)
+    floor = math.sqrt(noise / sum(part.square for part in forces))
+    if relative > max(ACCEPT, NOISES * floor):
+        raise IdentificationError(
+            f"the wrench is not that of a rigid tool: {percent(relative)} of its force remains; "
+            "accepted: a [[frame]] with the axes of the sensor, the gravity of the robot file, and "
+            "logs without contact and without moving fingers"
+        )
+    traces = []
+    for quantity, parameters in ((WITHOUT, 0 * tool), (WITH, tool)):
+        model = rows.W @ parameters
+        traces += [
+            Trace(log.name, "train", quantity, rows.t[at], alone.y[at], model[at])
+            for log, at in zip(logs, rows.spans, strict=True)
+        ]
+    return LoadErrors(1.0, relative, floor, (), ()), tuple(traces)

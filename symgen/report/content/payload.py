@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 
 from symgen.data.raw import WRENCH
 from symgen.estimation.floor import noise_accounts
-from symgen.identification.load_result import WITH, WITHOUT, Payload, Sensor
+from symgen.identification.load_result import WITH, WITHOUT, Payload, Quantity, Sensor
 from symgen.report.content.parts import (
     Banner,
     Content,
@@ -33,11 +34,9 @@ _ERROR = (
     "the load. The percentage is its ratio to the RMS of the measured torque."
 )
 _RESIDUAL = (
-    "Measured minus modelled torque of the logs with the load. Without the load in the model, the "
-    "residual contains the torque of the load."
+    "Measured minus modelled {0} of the logs with the load. Without the load in the model, the "
+    "residual contains the {0} of the load."
 )
-
-
 _SENSOR = (
     "The offset of each channel is that at the end of the last log; the drift is its change over "
     "this log, if it has any."
@@ -50,67 +49,67 @@ _CHANNELS = tuple(zip(WRENCH, ("N", "N", "N", "N m", "N m", "N m"), strict=True)
 
 def payload_content(payload: Payload) -> Content:
     """Return the load with its precision, the error with and without it, and notes."""
-    residual, sensor = payload.residual, payload.sensor
-    rows = [(name, *value_with_std(q.value, q.std), unit) for name, q, unit in payload.rows()]
+    residual, sensor, rows = payload.residual, payload.sensor, []
+    for name, q, unit in payload.rows():
+        rows.append((name, *_texts(q), unit))
     table = Table(("", "value", "std", "unit"), rows)
     origin, text = _LOAD.format(payload.frame_label), f"Method: {payload.method}."
-    load = Section("Load", (origin, text), table, printed=(origin,))
-    noise = noise_accounts(residual.noise_floor, residual.after)
     if sensor is None:
-        lead = f"The load that {payload.robot} carries on the link of {payload.link}."
-        own: tuple[Section, ...] = (
-            Section(
-                "Residual with and without the load",
-                (_RESIDUAL,),
-                figure=partial(_residuals, payload),
-            ),
-            load,
-            Section("Torque error by joint", (_ERROR,), _errors(payload), printed=()),
-        )
-        text = (
-            f"Torque error: {percent(residual.before)} without the load in the model, "
-            f"{percent(residual.after)} with it; {noise}."
+        place, titles = f"on the link of {payload.link}", [j.torque for j in payload.joints]
+        compared, own = (
+            "torque",
+            [Section("Torque error by joint", (_ERROR,), _errors(payload), printed=())],
         )
     else:
-        lead = f"The tool of {payload.robot} behind the sensor at {payload.frame_label}."
-        own = (load, *_sensor_sections(payload, sensor))
-        text = f"{percent(residual.after)} of the force remains without offset and tool; {noise}."
-    sections = (*own, repairs_section(payload.repairs), *notes_section(payload.notes))
-    mass, (value, std) = payload.mass, value_with_std(payload.mass.value, payload.mass.std)
+        place, titles = "behind the sensor", [f"{name}, {unit}" for name, unit in _CHANNELS]
+        compared, own = "force", _sensor_sections(payload, sensor)
+    sections = (
+        Section(
+            "Residual with and without the load",
+            (_RESIDUAL.format(compared),),
+            figure=partial(_residuals, payload, titles),
+        ),
+        Section("Load", (origin, text), table, printed=(origin,)),
+        *own,
+        repairs_section(payload.repairs),
+        *notes_section(payload.notes),
+    )
+    mass, (value, std) = payload.mass, _texts(payload.mass)
     headline = "The mass is not determined" if mass.value is None else f"Mass: {value} kg"
     if mass.value is not None and mass.std:
         headline += f", standard deviation {std} kg"
-    banner, run = Banner("plain", headline, text), run_lines(payload.band, payload.repairs)
-    return Content(f"Payload of {payload.robot}", (lead,), sections, banner, run)
-
-
-def _sensor_sections(payload: Payload, sensor: Sensor) -> tuple[Section, ...]:
-    """Return the load by the joint torques, offset and drift of the sensor, and its residual."""
-    channels, torques = [], []
-    for (name, unit), offset, drift in zip(_CHANNELS, sensor.offset, sensor.drift, strict=True):
-        moved = value_with_std(drift.value, drift.std) if drift.std else ("none", "")
-        channels.append((name, *value_with_std(offset.value, offset.std), *moved, unit))
-    for (name, ours, unit), theirs in zip(payload.rows(), sensor.torques or (), strict=False):
-        difference = ""
-        if ours.value is not None and theirs.value is not None:
-            difference = number(ours.value - theirs.value, 3)
-        torques.append((name, *value_with_std(theirs.value, theirs.std), difference, unit))
-    table = Table(("channel", "offset", "std", "drift", "std", "unit"), channels)
-    beside = Table(("", "by joint torques", "std", "difference", "unit"), torques)
-    return (
-        Section("Load by the joint torques", (_BY_TORQUES,), beside, printed=()),
-        Section("Sensor", (_SENSOR,), table, printed=()),
-        Section("Residual of the wrench", figure=partial(_wrenches, payload)),
+    noise = noise_accounts(residual.noise_floor, residual.after)
+    text = (
+        f"{compared.capitalize()} error: {percent(residual.before)} without the load in the model, "
+        f"{percent(residual.after)} with it; {noise}."
     )
+    banner, run = Banner("plain", headline, text), run_lines(payload.band, payload.repairs)
+    lead = (f"The load that {payload.robot} carries {place}.",)
+    return Content(f"Payload of {payload.robot}", lead, sections, banner, run)
 
 
-def _wrenches(payload: Payload) -> Figure | None:
-    """Return the wrench without the offset, with and without the tool."""
-    panels, titles = [], [f"{name}, {unit}" for name, unit in _CHANNELS]
-    for t in payload.traces:
-        series = {"without the tool": t.measured, "with the tool": t.residual}
-        panels += joint_panels(titles, t.t, series, (t.log, "with the tool"))
-    return Figure(tuple(panels)) if panels else None
+def _texts(q: Quantity) -> tuple[str, str]:
+    return value_with_std(q.value, q.std)
+
+
+def _sensor_sections(payload: Payload, sensor: Sensor) -> list[Section]:
+    """Return offset and drift of the sensor, and the load by the joint torques."""
+    rows = []
+    for (name, unit), offset, drift in zip(_CHANNELS, sensor.offset, sensor.drift, strict=True):
+        moved = ("none", "") if drift.value is None else _texts(drift)
+        rows.append((name, *_texts(offset), *moved, unit))
+    table = Table(("channel", "offset", "std", "drift", "std", "unit"), rows)
+    sections = [Section("Sensor", (_SENSOR,), table, printed=())]
+    if sensor.torques is not None:
+        torques = []
+        for (name, ours, unit), theirs in zip(payload.rows(), sensor.torques, strict=True):
+            difference = ""
+            if ours.value is not None and theirs.value is not None:
+                difference = number(ours.value - theirs.value, 3)
+            torques.append((name, *_texts(theirs), difference, unit))
+        table = Table(("", "by joint torques", "std", "difference", "unit"), torques)
+        sections.append(Section("Load by the joint torques", (_BY_TORQUES,), table, printed=()))
+    return sections
 
 
 def _errors(payload: Payload) -> Table:
@@ -129,8 +128,8 @@ def _errors(payload: Payload) -> Table:
     return Table(("joint", "error without the load", "error with it"), rows)
 
 
-def _residuals(payload: Payload) -> Figure | None:
-    panels, titles = [], [joint.torque for joint in payload.joints]
+def _residuals(payload: Payload, titles: Sequence[str]) -> Figure | None:
+    panels = []
     bare, loaded = ([t for t in payload.traces if t.quantity == key] for key in (WITHOUT, WITH))
     for without, t in zip(bare, loaded, strict=False):
         series = {"without the load": without.residual, "with the load": t.residual}
