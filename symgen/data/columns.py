@@ -25,7 +25,6 @@ from symgen.data.raw import (
     NUMBERED,
     ROLES,
     VECTORS,
-    WRENCH,
     Wanted,
     listed,
     option_for,
@@ -251,13 +250,13 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
     for role in unused_torques(chosen, wanted.reading):
         del columns[role]
     for role, vector in VECTORS.items():
-        if len(columns.get(role, vector)) < len(vector):
-            del columns[role]
-    if wanted.reading.wrench and "wrench" not in columns:
-        known = {split_unit(name)[0] for name in names}
-        missing = next((name for name in WRENCH if name not in known), WRENCH[0])
-        how = f"columns {', '.join(WRENCH)}, or --columns {missing}=NAME"
-        refuse(f"there is no column {missing} among {listed(names)}", how)
+        have = columns.get(role, {})
+        lacking = [name for k, name in enumerate(vector) if k not in have]
+        if lacking:
+            columns.pop(role, None)
+        if lacking and role == "wrench" and wanted.reading.wrench:
+            how = f"columns {', '.join(vector)}, or --columns {lacking[0]}=NAME"
+            refuse(f"there is no column {lacking[0]} among {listed(names)}", how)
     measured = columns.keys() & DRIVING
     if "t" not in columns:
         _refuse_without("t", names, columns, wanted)

@@ -79,13 +79,12 @@ CHANNELS = {
 #: Channels of which each gives the torques of a log, and those of which a log has at least one.
 TORQUES = frozenset(role for role, channel in CHANNELS.items() if channel.torque)
 DRIVING = TORQUES | {"qr", "wrench"}
-#: Channels with columns of their own, and those of joints.
+#: Channels with columns of their own, and the names of these.
 VECTORS = {role: channel.columns for role, channel in CHANNELS.items() if channel.columns}
-_OF_JOINTS = {role: channel for role, channel in CHANNELS.items() if not channel.columns}
 #: Channels that only some joints may have.
-BESIDE = tuple(role for role, channel in _OF_JOINTS.items() if channel.missing is None)
-#: Column names with the number of a joint: q1.., qd1.., tau1.., ...
-NUMBERED = re.compile(rf"({'|'.join(sorted(_OF_JOINTS, reverse=True))})(0|[1-9][0-9]*)")
+BESIDE = tuple(role for role, x in CHANNELS.items() if x.missing is None and not x.columns)
+#: Column names with the number of a joint, or of an own column: q1.., qd1.., tau1.., wrench1.., ...
+NUMBERED = re.compile(rf"({'|'.join(sorted(CHANNELS, reverse=True))})(0|[1-9][0-9]*)")
 ROLES = ("t", *CHANNELS)
 #: Roles whose single column may be that of all joints.
 SHARED = ("supply",)
@@ -106,8 +105,8 @@ MASKS = ("rest", "saturation")
 ANGLES = ("deg", "rad")
 TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
-    f"t, {', '.join(f'{role}1..' for role in _OF_JOINTS)}, {', '.join(NAMED)} ({', '.join(ROLES)} "
-    "for NPZ; q, qd, tau, i, u for a bag)"
+    f"{', '.join(NAMED)}, {', '.join(f'{role}1..' for role in CHANNELS)} ({', '.join(ROLES)} for "
+    "NPZ; q, qd, tau, i, u for a bag)"
 )
 
 

@@ -110,21 +110,6 @@ _FIRST_CUTOFFS, _WORSE = 4, 2
 _FINER = 2**0.5  # approximate ratio of two neighbours
 
 
-def band_of(logs: Sequence[Samples], cutoff: float | None) -> Band:
-    """Return the band of logs for a cutoff, Hz; None for no filter.
-
-    Raises:
-        LogError: no filter can have this cutoff.
-    """
-    for s in logs:
-        if cutoff is not None:
-            require_cutoff(s.name, cutoff, s.step, s.length)
-    rate = min(1 / s.step for s in logs)
-    derived = any(s.velocity_derived for s in logs)
-    velocity = "derived" if derived else "measured"
-    return Band(rate, cutoff or rate / 2, comparison_band(logs), velocity)
-
-
 def choose_band(
     evaluator: Evaluator,
     logs: Sequence[Samples],
@@ -145,16 +130,21 @@ def choose_band(
     Raises:
         LogError: no filter can have this cutoff, or the mask covers all samples.
     """
+    for s in logs:
+        if cutoff is not None:
+            require_cutoff(s.name, cutoff, s.step, s.length)
+    rate = min(1 / s.step for s in logs)
+    measured = not any(s.velocity_derived for s in logs)
+    velocity = "measured" if measured else "derived"
     rests = find_rests(logs, evaluator.model.robot.sigma)
-    start = replace(band_of(logs, cutoff), rests=rests)
-    rate, measured = start.rate_hz, start.velocity == "measured"
+    start = Band(rate, cutoff or rate / 2, comparison_band(logs), velocity, rests)
     grid = [start.cutoff_hz]
     if cutoff is None:
         grid = [c * start.comparison_hz for c in CUTOFFS]
         grid = [hz for hz in grid if hz < OPEN * rate]
         # no filter: the sampling rate is low
         grid += [start.cutoff_hz] if len(grid) < len(CUTOFFS) else []
-    kinds = [start.velocity] if measured_speeds or not measured else ["measured", "derived"]
+    kinds = [velocity] if measured_speeds or not measured else ["measured", "derived"]
     if len(grid) == len(kinds) == 1:
         return weigh_rests(evaluator, logs, start)
 

@@ -91,7 +91,7 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
             _require_base_motion(log)
         if reading.wrench and log.wrench is None:
             refuse("lacks the wrench of the sensor", f"columns {', '.join(WRENCH)}, N and N m")
-        if reading.open_windings or (log.tau is None and reading.wrench):
+        if reading.wrench or reading.open_windings:
             return replace(log, tau=read_only(0 * log.q), drive_unit="")
         if log.tau is None and log.current is None:
             refuse("has a wrench and no torques", "tau1.., or symgen payload --sensor")

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Generic, Self, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,12 +37,8 @@ from symgen.identification.parameters import link_columns
 from symgen.identification.solving import ROUNDS, SETTLED
 from symgen.runtime.evaluator import Evaluator
 
-#: The equations that were solved.
-System = TypeVar("System", bound="LoadSystem")
 
-
-@dataclass(frozen=True, eq=False)
-class Solved(Generic[System]):
+class Solved(NamedTuple):
     """A solution for robot and load, and the last step to it.
 
     Attributes:
@@ -53,7 +49,7 @@ class Solved(Generic[System]):
         rows: equations of that step.
     """
 
-    problem: System
+    problem: LoadSystem
     X: FloatArray
     a: FloatArray
     solution: Solution
@@ -107,7 +103,7 @@ class LoadSystem:
     known: FloatArray
     free: Sequence[int]
 
-    def step(self, X: FloatArray, a: FloatArray) -> Solved[Self]:
+    def step(self, X: FloatArray, a: FloatArray) -> Solved:
         """Solve for changes of the load a (r,) and of the free parameters of X (p,)."""
         W, loaded = self.rows.W, self.loaded
         robot = self.rows.y - W @ X
@@ -148,7 +144,7 @@ class LoadProblem(LoadSystem):
         G, V = _directions(self.evaluator, self.rows, self.loaded, link, weighed)
         return replace(self, G=G, V=V)
 
-    def solve(self, X: FloatArray) -> Solved[LoadProblem]:
+    def solve(self, X: FloatArray) -> Solved:
         """Solve for the load and the free parameters, from those of the robot alone, X (p,).
 
         Raises:

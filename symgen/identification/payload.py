@@ -94,12 +94,13 @@ def payload(
     """
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
-    if sensor and (frame or mass is not None):
+    if sensor and (frame or mass is not None or cutoff is not None):
         raise ParameterError(
-            "--frame, --mass: --sensor finds the mass, in the frame of [sensor]; accepted: neither"
+            "--frame, --mass, --cutoff: --sensor finds the mass, in the frame of [sensor]; "
+            "accepted: none of them"
         )
     if sensor:
-        found = payload_by_wrench(read_robot(robot), loaded, reading, cutoff, progress)
+        found = payload_by_wrench(read_robot(robot), loaded, reading, progress)
         if parameters is None and not bare:
             return found
         other = payload(
@@ -109,7 +110,6 @@ def payload(
             without=bare,
             frame=found.frame_label,
             gain=gain,
-            cutoff=cutoff,
             reading=reading,
             progress=progress,
         )
@@ -168,7 +168,7 @@ def payload(
     body = solved.load(covariance)
     if in_frame is not None:
         body = body.in_frame(in_frame)
-    _require_link(solved.problem, X, link, errors.after)
+    _require_link(replace(problem, rows=solved.problem.rows), X, link, errors.after)
     if mass is None:
         require_mass(body, source.label(link))
     return payload_of(

@@ -30,7 +30,7 @@ from symgen.data.signals import (
     noise_of_differences,
 )
 from symgen.errors import IdentificationError, RobotError
-from symgen.estimation.cutoff import band_of
+from symgen.estimation.band import Band
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.opening import Source, require_other_data
 from symgen.estimation.system import Rows, join, torque_frame
@@ -73,7 +73,6 @@ def payload_by_wrench(
     robot: Robot,
     sources: Sequence[Source],
     reading: Reading | None,
-    cutoff: float | None,
     progress: Say,
 ) -> Payload:
     """Identify the tool behind the sensor of a robot.
@@ -82,7 +81,6 @@ def payload_by_wrench(
         robot: the robot, with [sensor].
         sources: the logs, with the wrench.
         reading: options of reading and masking.
-        cutoff: cutoff of the filter of positions, Hz; None for five comparison bands.
         progress: called with a text about the current step.
 
     Raises:
@@ -100,9 +98,8 @@ def payload_by_wrench(
     (opened, _), repairs = open_logs((sources, ()), robot, with_wrench, progress)
     samples = [_of_wrench(s) for s in opened]
     require_other_data(samples, [])
-    highest = OPEN * min(1 / s.step for s in samples)
-    usual = min(MARGIN * comparison_band(samples), highest)
-    band = replace(band_of(samples, cutoff or usual), velocity="derived")
+    rate, comparison = min(1 / s.step for s in samples), comparison_band(samples)
+    band = Band(rate, min(MARGIN * comparison, OPEN * rate), comparison, "derived")
     logs = [filter_log(s, band) for s in samples]
     progress("deriving and compiling the model")
     kernel = load_model(robot_toml(robot), ("tool_wrench",))["tool_wrench"]
@@ -175,7 +172,7 @@ def _equations(kernel: Any, place: FloatArray, log: FilteredLog) -> Rows:
     return torque_frame(log).rows.with_regressor(W)
 
 
-def _with_drifts(rows: Rows, noise: FloatArray) -> Solved[LoadSystem]:
+def _with_drifts(rows: Rows, noise: FloatArray) -> Solved:
     """Fit tool and offsets, with the drifts that are beyond chance.
 
     Drifts are left out if they would leave more of the tool open.
@@ -195,7 +192,7 @@ def _with_drifts(rows: Rows, noise: FloatArray) -> Solved[LoadSystem]:
     return _solved(rows, noise, places[constant | beyond])
 
 
-def _solved(rows: Rows, noise: FloatArray, others: Places) -> Solved[LoadSystem]:
+def _solved(rows: Rows, noise: FloatArray, others: Places) -> Solved:
     """Fit the tool and some of the offsets and drifts.
 
     A direction of the tool stays open if its columns, without their part in those of the offsets,
@@ -210,7 +207,7 @@ def _solved(rows: Rows, noise: FloatArray, others: Places) -> Solved[LoadSystem]
     return system.step(np.zeros(count), np.zeros(V.shape[1]))
 
 
-def _offsets(solved: Solved[LoadSystem]) -> tuple[list[Quantity], list[Quantity]]:
+def _offsets(solved: Solved) -> tuple[list[Quantity], list[Quantity]]:
     """Return offset and drift of each channel in the last log."""
     std = np.zeros(len(solved.X))
     std[solved.problem.free] = solved.solution.std[len(solved.a) :]
@@ -220,9 +217,7 @@ def _offsets(solved: Solved[LoadSystem]) -> tuple[list[Quantity], list[Quantity]
     return last[:_CHANNELS], last[_CHANNELS : 2 * _CHANNELS]
 
 
-def _errors(
-    logs: Sequence[FilteredLog], solved: Solved[LoadSystem]
-) -> tuple[LoadErrors, tuple[Trace, ...]]:
+def _errors(logs: Sequence[FilteredLog], solved: Solved) -> tuple[LoadErrors, tuple[Trace, ...]]:
     """Return the RMS error of the force over the RMS of the force, that of noise alone, and traces
     of the wrench, all without the offset.
 

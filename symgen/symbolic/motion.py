@@ -200,7 +200,7 @@ def passed(
     """Express a motion in the frame of joint j, and add its rate, speed and acceleration."""
     j, (rate, speed, faster) = step.joint.number, rates
     for motion in step.before:
-        now = _moved(now, motion, letters, tape)
+        now = moved(now, motion, letters, tape)
     if step.joint.turns:
         gained = plus(now.dw, cross(now.turning, scaled(speed, Z)), scaled(faster, Z))
         dw = vector(lambda i: tape.name(letters.joint.format(letters.dw, i + 1, j), gained[i]))
@@ -208,7 +208,7 @@ def passed(
         real = now.real and _faster(now.real, f"W3{j}", step.rate, tape)
         now = replace(now, w=w, dw=dw, real=real)
     for shift in step.after:
-        now = _moved(now, shift, letters, tape)
+        now = moved(now, shift, letters, tape)
     if step.joint.slides:
         if now.real is None:
             twice = tape.name(f"Y{j}", 2 * speed)
@@ -226,7 +226,7 @@ def _faster(w: Vector, name: str, rate: sp.Expr, tape: TapeBuilder) -> Vector:
     return replaced(w, {2: tape.name(name, w[2] + rate)})
 
 
-def _moved(now: LinkState, motion: Turn | Shift, letters: Letters, tape: TapeBuilder) -> LinkState:
+def moved(now: LinkState, motion: Turn | Shift, letters: Letters, tape: TapeBuilder) -> LinkState:
     if isinstance(motion, Shift):
         a = _shifted(now, motion, letters.shift, tape)
         u = tape.name(f"U{motion.tag}", now.u - now.g[motion.axis] * motion.length)

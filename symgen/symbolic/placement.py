@@ -8,7 +8,6 @@ therefore needs no branches.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import sympy as sp
 
@@ -18,8 +17,8 @@ from symgen.robot.expressions import exact
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.bodies import Inertia
 from symgen.symbolic.constraints import spread, to_variables
-from symgen.symbolic.kinematics import Way, arrays, builder, path, variables, way_of
-from symgen.symbolic.motion import AT_REST, accelerations, base_acceleration
+from symgen.symbolic.kinematics import Way, arrays, builder, cosine_sine, path, variables, way_of
+from symgen.symbolic.motion import AT_REST, REAL, accelerations, base_acceleration, moved
 from symgen.symbolic.spatial import (
     ZERO,
     Screw,
@@ -175,31 +174,26 @@ def link_drift_tape(robot: Robot) -> Tape:
 def tool_wrench_tape(robot: Robot) -> Tape:
     """Derive the wrench of a tool in the frame of the sensor, plus an offset: force, moment, (6,).
 
-    The frame of the sensor is that of the last of four fixed joints behind the link:
-
-        Trans(x, y, z) Rot(z, yaw) Rot(y, pitch) Rot(x, roll),  Rot(y, p) = Rot(z, pi/2) Rot(x, p)
-        Rot(z, -pi/2)
+    The frame of the sensor is Trans(x, y, z) Rot(z, yaw) Rot(y, pitch) Rot(x, roll) in that of its
+    link.
     """
     assert robot.sensor is not None  # other robots have no such kernel
     frame = robot.frame(robot.sensor.frame)
-    x, y, z = map(exact, frame.xyz)
-    roll, pitch, yaw = (written_fraction(exact(angle)) for angle in frame.rpy)
-    joints, last, quarter = [*robot.joints], frame.joint, sp.pi / 2
-    for lengths in (
-        {"gamma": quarter, "b": z, "d": y, "theta": -quarter},
-        {"d": x, "theta": yaw + quarter},
-        {"alpha": pitch, "theta": -quarter},
-        {"alpha": roll},
-    ):
-        joints.append(Joint(len(joints) + 1, names.FIXED, last, **lengths))
-        last = len(joints)
     load, offset = coordinates("l", len(names.LINK)), coordinates("o", 6)
     tape = builder(robot, (*load, *offset))
-    way = way_of(replace(robot, joints=tuple(joints)), tape)
     qdd = spread(robot, variables(robot, "qdd"), tape)
-    motion = accelerations(way, base_acceleration(robot, tape), qdd, tape)
+    states = accelerations(way_of(robot, tape), base_acceleration(robot, tape), qdd, tape)
+    motion = states[frame.joint]
+    for axis_, length in enumerate(frame.xyz):
+        shift = Shift(axis_, tape.constant(f"xs{axis_}", exact(length)), f"s{axis_}")
+        motion = moved(motion, shift, REAL, tape)
+    for axis_, angle in reversed([*enumerate(frame.rpy)]):
+        c, s = cosine_sine(written_fraction(exact(angle)))
+        tag = f"y{axis_}"
+        turn = Turn(axis_, tape.constant(f"C{tag}", c), tape.constant(f"S{tag}", s), tag)
+        motion = moved(motion, turn, REAL, tape)
     tool = Inertia.of(dict(zip(names.LINK, load, strict=True)))
-    force, moment = tool.wrench(motion[last], last, tape)
+    force, moment = tool.wrench(motion, len(robot.joints) + 1, tape)
     wrench = named(plus((*force, *moment), offset), "w", tape)
     inputs = [*arrays(robot, "q", "qd", "qdd"), ("load", load), ("offset", offset)]
     return tape.tape(inputs, wrench)
