@@ -211,9 +211,8 @@ def _offsets(solved: Solved) -> tuple[list[Quantity], list[Quantity]]:
     """Return offset and drift of each channel in the last log."""
     std = np.zeros(len(solved.X))
     std[solved.problem.free] = solved.solution.std[len(solved.a) :]
-    pairs = zip(solved.X.tolist(), std.tolist(), strict=True)
-    quantities = [Quantity(x, deviation) if deviation else Quantity() for x, deviation in pairs]
-    last = quantities[-_SHAPES * _CHANNELS :]
+    pairs = [*zip(solved.X.tolist(), std.tolist(), strict=True)][-_SHAPES * _CHANNELS :]
+    last = [Quantity(*pair) if pair[1] else Quantity() for pair in pairs]
     return last[:_CHANNELS], last[_CHANNELS : 2 * _CHANNELS]
 
 
@@ -228,12 +227,11 @@ def _errors(logs: Sequence[FilteredLog], solved: Solved) -> tuple[LoadErrors, tu
     alone = replace(rows, y=rows.y - rows.W @ solved.X)
     forces = [part for part in alone.parts if part.joint in range(3)]
     relative = equation_residual(forces, tool).relative
-    noise = 0.0
-    for log in logs:
-        white = noise_of_differences(log.tau[:, :3])
-        passed = 2 * log.band.comparison_hz * log.step
-        noise += len(log.kept) * passed * float(white @ white)
-    floor = math.sqrt(noise / sum(part.square for part in forces))
+    white = [
+        len(log.kept) * log.step * np.sum(noise_of_differences(log.tau[:, :3]) ** 2) for log in logs
+    ]
+    passed = 2 * logs[0].band.comparison_hz * sum(white)
+    floor = math.sqrt(passed / sum(part.square for part in forces))
     if relative > max(ACCEPT, NOISES * floor):
         raise IdentificationError(
             f"the wrench is not that of a rigid tool: {percent(relative)} of its force remains; "
