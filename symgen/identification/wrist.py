@@ -35,13 +35,11 @@ from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.opening import Source, require_other_data
 from symgen.estimation.system import Rows, join, torque_frame
 from symgen.estimation.torque_error import equation_residual, percent
-from symgen.estimation.values import FloatArray, Trace
+from symgen.estimation.values import FloatArray
 from symgen.faults.repair import open_logs
 from symgen.identification.load import COM, LABELS, UNITS
 from symgen.identification.load_problem import LoadSystem, Solved, shown_directions
 from symgen.identification.load_result import (
-    WITH,
-    WITHOUT,
     LoadErrors,
     Payload,
     Quantity,
@@ -114,7 +112,6 @@ def payload_by_wrench(
         solved = _with_drifts(replace(rows, y=-rows.y), noise)
         tool = solved.load()
     require_mass(tool, robot.label(frame.joint), _POSES)
-    errors, traces = _errors(logs, solved)
     notes = [note for s in samples for note in s.notes]
     left = [name for name in LABELS if name not in tool.determined()]
     if left:
@@ -134,14 +131,13 @@ def payload_by_wrench(
         tuple(notes),
         robot=robot.name,
         frame=frame.name,
-        residual=errors,
+        residual=_errors(logs, solved),
         method="weighted least squares of the wrench of the sensor",
         band=band,
         repairs=tuple(repairs),
         joints=(),
         joint=frame.joint,
         sensor=Sensor(tuple(offset), tuple(drift), turned, nearest),
-        traces=traces,
     )
 
 
@@ -216,9 +212,8 @@ def _offsets(solved: Solved) -> tuple[list[Quantity], list[Quantity]]:
     return last[:_CHANNELS], last[_CHANNELS : 2 * _CHANNELS]
 
 
-def _errors(logs: Sequence[FilteredLog], solved: Solved) -> tuple[LoadErrors, tuple[Trace, ...]]:
-    """Return the RMS error of the force over the RMS of the force, that of noise alone, and traces
-    of the wrench, all without the offset.
+def _errors(logs: Sequence[FilteredLog], solved: Solved) -> LoadErrors:
+    """Return the RMS error of the force over the RMS of the force, and that of noise alone.
 
     Raises:
         IdentificationError: the tool is no rigid body.
@@ -238,11 +233,4 @@ def _errors(logs: Sequence[FilteredLog], solved: Solved) -> tuple[LoadErrors, tu
             "accepted: a [[frame]] with the axes of the sensor, the gravity of the robot file, and "
             "logs without contact and without moving fingers"
         )
-    traces = []
-    for quantity, parameters in ((WITHOUT, 0 * tool), (WITH, tool)):
-        model = rows.W @ parameters
-        traces += [
-            Trace(log.name, "train", quantity, rows.t[at], alone.y[at], model[at])
-            for log, at in zip(logs, rows.spans, strict=True)
-        ]
-    return LoadErrors(1.0, relative, floor, (), ()), tuple(traces)
+    return LoadErrors(1.0, relative, floor, (), ())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -34,8 +33,8 @@ _ERROR = (
     "the load. The percentage is its ratio to the RMS of the measured torque."
 )
 _RESIDUAL = (
-    "Measured minus modelled {0} of the logs with the load. Without the load in the model, the "
-    "residual contains the {0} of the load."
+    "Measured minus modelled torque of the logs with the load. Without the load in the model, the "
+    "residual contains the torque of the load."
 )
 _SENSOR = (
     "The offset of each channel is that at the end of the last log; the drift is its change over "
@@ -54,26 +53,19 @@ def payload_content(payload: Payload) -> Content:
         rows.append((name, *_texts(q), unit))
     table = Table(("", "value", "std", "unit"), rows)
     origin, text = _LOAD.format(payload.frame_label), f"Method: {payload.method}."
+    load = Section("Load", (origin, text), table, printed=(origin,))
     if sensor is None:
-        place, titles = f"on the link of {payload.link}", [j.torque for j in payload.joints]
-        compared, own = (
-            "torque",
-            [Section("Torque error by joint", (_ERROR,), _errors(payload), printed=())],
-        )
+        compared, place = "torque", f"on the link of {payload.link}"
+        figure = partial(_residuals, payload)
+        own = [
+            Section("Residual with and without the load", (_RESIDUAL,), figure=figure),
+            load,
+            Section("Torque error by joint", (_ERROR,), _errors(payload), printed=()),
+        ]
     else:
-        place, titles = "behind the sensor", [f"{name}, {unit}" for name, unit in _CHANNELS]
-        compared, own = "force", _sensor_sections(payload, sensor)
-    sections = (
-        Section(
-            "Residual with and without the load",
-            (_RESIDUAL.format(compared),),
-            figure=partial(_residuals, payload, titles),
-        ),
-        Section("Load", (origin, text), table, printed=(origin,)),
-        *own,
-        repairs_section(payload.repairs),
-        *notes_section(payload.notes),
-    )
+        compared, place = "force", "behind the sensor"
+        own = [load, *_sensor_sections(payload, sensor)]
+    sections = (*own, repairs_section(payload.repairs), *notes_section(payload.notes))
     mass, (value, std) = payload.mass, _texts(payload.mass)
     headline = "The mass is not determined" if mass.value is None else f"Mass: {value} kg"
     if mass.value is not None and mass.std:
@@ -128,8 +120,8 @@ def _errors(payload: Payload) -> Table:
     return Table(("joint", "error without the load", "error with it"), rows)
 
 
-def _residuals(payload: Payload, titles: Sequence[str]) -> Figure | None:
-    panels = []
+def _residuals(payload: Payload) -> Figure | None:
+    panels, titles = [], [joint.torque for joint in payload.joints]
     bare, loaded = ([t for t in payload.traces if t.quantity == key] for key in (WITHOUT, WITH))
     for without, t in zip(bare, loaded, strict=False):
         series = {"without the load": without.residual, "with the load": t.residual}
