@@ -55,7 +55,7 @@ def payload_content(payload: Payload) -> Content:
     origin, text = _LOAD.format(payload.frame_label), f"Method: {payload.method}."
     load = Section("Load", (origin, text), table, printed=(origin,))
     if sensor is None:
-        compared, place = "torque", f"on the link of {payload.link}"
+        error, place = "Torque error", f"on the link of {payload.link}"
         figure = partial(_residuals, payload)
         own = [
             Section("Residual with and without the load", (_RESIDUAL,), figure=figure),
@@ -63,7 +63,7 @@ def payload_content(payload: Payload) -> Content:
             Section("Torque error by joint", (_ERROR,), _errors(payload), printed=()),
         ]
     else:
-        compared, place = "force", "behind the sensor"
+        error, place = "Force error", f"behind the sensor at {payload.frame_label}"
         own = [load, *_sensor_sections(payload, sensor)]
     sections = (*own, repairs_section(payload.repairs), *notes_section(payload.notes))
     mass, (value, std) = payload.mass, _texts(payload.mass)
@@ -72,7 +72,7 @@ def payload_content(payload: Payload) -> Content:
         headline += f", standard deviation {std} kg"
     noise = noise_accounts(residual.noise_floor, residual.after)
     text = (
-        f"{compared.capitalize()} error: {percent(residual.before)} without the load in the model, "
+        f"{error}: {percent(residual.before)} without the load in the model, "
         f"{percent(residual.after)} with it; {noise}."
     )
     banner, run = Banner("plain", headline, text), run_lines(payload.band, payload.repairs)
