@@ -92,28 +92,36 @@ def payload_by_wrench(
             "accepted: [sensor] with frame = the name of a [[frame]], and gravity as numbers"
         )
     frame = robot.frame(robot.sensor.frame)
-    with_wrench = replace(reading or Reading(), wrench=True)
-    (opened, _), repairs = open_logs((sources, ()), robot, with_wrench, progress)
-    samples = [_of_wrench(s) for s in opened]
+    wanted = reading or Reading()
+    with_wrench = replace(wanted, wrench=True)
+    opened, repairs = open_logs((sources, ()), robot, with_wrench, progress)
+    samples = [_of_wrench(s) for s in opened[0]]
     require_other_data(samples, [])
-    rate, comparison = min(1 / s.step for s in samples), comparison_band(samples)
-    band = Band(rate, min(MARGIN * comparison, OPEN * rate), comparison, "derived")
+    rate = min(1 / s.step for s in samples)
+    comparison = comparison_band(samples)
+    cutoff = min(MARGIN * comparison, OPEN * rate)
+    band = Band(rate, cutoff, comparison, "derived")
     logs = [filter_log(s, band) for s in samples]
     progress("deriving and compiling the model")
-    kernel = load_model(robot_toml(robot), ("tool_wrench",))["tool_wrench"]
+    text = robot_toml(robot)
+    kernel = load_model(text, ("tool_wrench",))["tool_wrench"]
     progress("solving")
     places = np.eye(len(logs))
-    rows = join([_equations(kernel, at, log) for at, log in zip(places, logs, strict=True)])
-    noise = noise_columns(partial(_equations, kernel, np.ones(1)), logs)[:, :_TOOL]
+    equations = map(partial(_equations, kernel), places, logs)
+    rows = join([*equations])
+    alone = partial(_equations, kernel, np.ones(1))
+    noise = noise_columns(alone, logs)[:, :_TOOL]
     solved = _with_drifts(rows, noise)
     tool = solved.load()
-    turned = bool(tool.s[-1] < -BEYOND * math.sqrt(tool.covariance[-1, -1]))
+    deviation = math.sqrt(tool.covariance[-1, -1])
+    turned = bool(tool.s[-1] < -BEYOND * deviation)
     if turned:
         solved = _with_drifts(replace(rows, y=-rows.y), noise)
         tool = solved.load()
     require_mass(tool, robot.label(frame.joint), _POSES)
     notes = [note for s in samples for note in s.notes]
-    left = [name for name in LABELS if name not in tool.determined()]
+    known = tool.determined()
+    left = [name for name in LABELS if name not in known]
     if left:
         notes.append(
             f"{', '.join(left)} stay open: more poses show the centre, and motion the inertia"
@@ -123,7 +131,7 @@ def payload_by_wrench(
     offset, drift = _offsets(solved)
     if not {*COM}.isdisjoint(left):
         offset[3:] = [Quantity()] * 3
-    nearest = tuple(tool.nearest().s.tolist())
+    nearest = tool.nearest().s.tolist()
     return payload_of(
         tool,
         None,
@@ -137,14 +145,15 @@ def payload_by_wrench(
         repairs=tuple(repairs),
         joints=(),
         joint=frame.joint,
-        sensor=Sensor(tuple(offset), tuple(drift), turned, nearest),
+        sensor=Sensor(tuple(offset), tuple(drift), turned, tuple(nearest)),
     )
 
 
 def _of_wrench(s: Samples) -> Samples:
     """Return the samples with the wrench in place of the torques, and one mask for its channels."""
     assert s.wrench is not None  # of a log that was opened for it
-    return replace(s, tau=s.wrench, mask=s.mask and Mask(s.mask.robot[:, None], s.mask.robot))
+    mask = s.mask and Mask(s.mask.robot[:, None], s.mask.robot)
+    return replace(s, tau=s.wrench, mask=mask)
 
 
 def _equations(kernel: Any, place: FloatArray, log: FilteredLog) -> Rows:
@@ -158,13 +167,16 @@ def _equations(kernel: Any, place: FloatArray, log: FilteredLog) -> Rows:
     none = np.zeros(_CHANNELS)
 
     def columns(*motion: FloatArray) -> FloatArray:
-        return np.stack([kernel(*motion, unit, none) for unit in np.eye(_TOOL)], axis=2)
+        parts = [kernel(*motion, unit, none) for unit in np.eye(_TOOL)]
+        return np.stack(parts, axis=2)
 
-    late = (log.t - log.t[-1])[:, None] / log.samples.length
-    factors = [np.ones(late.shape), late, 1 + late, 1 + 2 * late]
-    shapes = log.compared(np.cumprod(np.stack(factors, axis=2), axis=2))
-    of_logs = np.kron(np.kron(place, shapes), np.eye(_CHANNELS))
-    W = np.concatenate([log.modelled(columns), of_logs], axis=2)
+    one = np.ones((len(log.t), 1))
+    late = (log.t[:, None] - log.t[-1]) / log.samples.length
+    factors = np.stack([one, late, 1 + late, 1 + 2 * late], axis=2)
+    shapes = log.compared(np.cumprod(factors, axis=2))
+    of_logs = np.kron(place, shapes)
+    of_channels = np.kron(of_logs, np.eye(_CHANNELS))
+    W = np.concatenate([log.modelled(columns), of_channels], axis=2)
     return torque_frame(log).rows.with_regressor(W)
 
 
@@ -177,14 +189,16 @@ def _with_drifts(rows: Rows, noise: FloatArray) -> Solved:
         rows: the equations.
         noise: (K, 10) noise of the columns of the tool.
     """
-    places = np.arange(_TOOL, rows.W.shape[2])
-    constant = (places - _TOOL) // _CHANNELS % _SHAPES == 0
+    count = rows.W.shape[2] - _TOOL
+    shape = np.arange(count) // _CHANNELS % _SHAPES
+    places, constant = _TOOL + np.arange(count), shape == 0
     still = _solved(rows, noise, places[constant])
     drifting = _solved(rows, noise, places)
     directions = len(drifting.a)
     if directions < len(still.a):
         return still
-    beyond = np.abs(drifting.X[places]) > BEYOND * drifting.solution.std[directions:]
+    std = drifting.solution.std[directions:]
+    beyond = np.abs(drifting.X[places]) > BEYOND * std
     return _solved(rows, noise, places[constant | beyond])
 
 
@@ -194,21 +208,24 @@ def _solved(rows: Rows, noise: FloatArray, others: Places) -> Solved:
     A direction of the tool stays open if its columns, without their part in those of the offsets,
     do not exceed the noise of the positions.
     """
-    columns, count = rows.W[rows.weight > 0], rows.W.shape[2]
-    of_tool, of_others = columns[:, :_TOOL] * UNITS, columns[:, others]
-    shared = of_others @ np.linalg.lstsq(of_others, of_tool, rcond=None)[0]
-    V = shown_directions(of_tool - shared, noise * UNITS)
-    onto, known = np.eye(count)[:, :_TOOL], np.zeros(_TOOL)
-    system = LoadSystem(rows, np.ones((1, 1)), onto, V, known, others.tolist())
-    return system.step(np.zeros(count), np.zeros(V.shape[1]))
+    columns = rows.W[rows.weight > 0]
+    of_tool = columns[:, :_TOOL] * UNITS
+    of_others = columns[:, others]
+    shares, *_ = np.linalg.lstsq(of_others, of_tool, rcond=None)
+    V = shown_directions(of_tool - of_others @ shares, noise * UNITS)
+    none = np.zeros(columns.shape[1])
+    onto = np.eye(len(none), _TOOL)
+    system = LoadSystem(rows, np.ones((1, 1)), onto, V, none[:_TOOL], others.tolist())
+    return system.step(none, np.zeros(len(V.T)))
 
 
 def _offsets(solved: Solved) -> tuple[list[Quantity], list[Quantity]]:
     """Return offset and drift of each channel in the last log."""
-    std = np.zeros(len(solved.X))
-    std[solved.problem.free] = solved.solution.std[len(solved.a) :]
-    pairs = [*zip(solved.X.tolist(), std.tolist(), strict=True)][-_SHAPES * _CHANNELS :]
-    last = [Quantity(*pair) if pair[1] else Quantity() for pair in pairs]
+    std, first = np.zeros(len(solved.X)), len(solved.a)
+    std[solved.problem.free] = solved.solution.std[first:]
+    pairs = zip(solved.X.tolist(), std.tolist(), strict=True)
+    quantities = [Quantity(x, deviation) if deviation else Quantity() for x, deviation in pairs]
+    last = quantities[-_SHAPES * _CHANNELS :]
     return last[:_CHANNELS], last[_CHANNELS : 2 * _CHANNELS]
 
 
@@ -219,14 +236,17 @@ def _errors(logs: Sequence[FilteredLog], solved: Solved) -> LoadErrors:
         IdentificationError: the tool is no rigid body.
     """
     rows, tool = solved.problem.rows, solved.problem.in_X(solved.a)
-    alone = replace(rows, y=rows.y - rows.W @ solved.X)
+    of_logs = rows.W @ solved.X
+    alone = replace(rows, y=rows.y - of_logs)
     forces = [part for part in alone.parts if part.joint in range(3)]
     relative = equation_residual(forces, tool).relative
-    white = [
-        len(log.kept) * log.step * np.sum(noise_of_differences(log.tau[:, :3]) ** 2) for log in logs
-    ]
-    passed = 2 * logs[0].band.comparison_hz * sum(white)
-    floor = math.sqrt(passed / sum(part.square for part in forces))
+    noise = 0.0
+    for log in logs:
+        white = noise_of_differences(log.tau[:, :3])
+        passed = 2 * log.band.comparison_hz * log.step
+        noise += len(log.kept) * passed * float(white @ white)
+    size = sum(part.square for part in forces)
+    floor = math.sqrt(noise / size)
     if relative > max(ACCEPT, NOISES * floor):
         raise IdentificationError(
             f"the wrench is not that of a rigid tool: {percent(relative)} of its force remains; "

@@ -182,8 +182,8 @@ def tool_wrench_tape(robot: Robot) -> Tape:
     load, offset = coordinates("l", len(names.LINK)), coordinates("o", 6)
     tape = builder(robot, (*load, *offset))
     qdd = spread(robot, variables(robot, "qdd"), tape)
-    states = accelerations(way_of(robot, tape), base_acceleration(robot, tape), qdd, tape)
-    motion = states[frame.joint]
+    base = base_acceleration(robot, tape)
+    motion = accelerations(way_of(robot, tape), base, qdd, tape)[frame.joint]
     for axis_, length in enumerate(frame.xyz):
         shift = Shift(axis_, tape.constant(f"xs{axis_}", exact(length)), f"s{axis_}")
         motion = moved(motion, shift, REAL, tape)
