@@ -172,8 +172,9 @@ def _equations(kernel: Any, place: FloatArray, log: FilteredLog) -> Rows:
 
     one = np.ones((len(log.t), 1))
     late = (log.t[:, None] - log.t[-1]) / log.samples.length
-    factors = np.stack([one, late, 1 + late, 1 + 2 * late], axis=2)
-    shapes = log.compared(np.cumprod(factors, axis=2))
+    factors = [one, late, 1 + late, 1 + 2 * late]
+    stacked = np.stack(factors, axis=2)
+    shapes = log.compared(np.cumprod(stacked, axis=2))
     of_logs = np.kron(place, shapes)
     of_channels = np.kron(of_logs, np.eye(_CHANNELS))
     W = np.concatenate([log.modelled(columns), of_channels], axis=2)
@@ -214,8 +215,9 @@ def _solved(rows: Rows, noise: FloatArray, others: Places) -> Solved:
     shares, *_ = np.linalg.lstsq(of_others, of_tool, rcond=None)
     V = shown_directions(of_tool - of_others @ shares, noise * UNITS)
     none = np.zeros(columns.shape[1])
-    onto = np.eye(len(none), _TOOL)
-    system = LoadSystem(rows, np.ones((1, 1)), onto, V, none[:_TOOL], others.tolist())
+    onto, known = np.eye(len(none), _TOOL), none[:_TOOL]
+    loaded = np.ones((1, 1))
+    system = LoadSystem(rows, loaded, onto, V, known, others.tolist())
     return system.step(none, np.zeros(len(V.T)))
 
 

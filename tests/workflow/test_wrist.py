@@ -213,6 +213,20 @@ def test_a_missing_column_of_the_wrench_is_named(tmp_path, command) -> None:
     assert "--columns wfx=NAME" in err
     code, _, err = command(*asked, "--columns", "wfx=Fx", "--into", tmp_path / "load")
     assert code == 0, err
+    (tmp_path / "log.csv").write_text((tmp_path / "log.csv").read_text().replace("wfz", "Fz"))
+    code, _, err = command(*asked, "--columns", "wfx=Fx", "--into", tmp_path / "load")
+    assert code == 2
+    assert "no column wfz among" in err
+
+
+def test_the_unit_of_a_channel_of_the_wrench_is_an_option(tmp_path) -> None:
+    log, _ = made(3)
+    names = ",".join(["t", *(f"q{j}" for j in range(1, 7)), *WRENCH])
+    table = np.column_stack([log.t, log.q, log.wrench * [1, 1, 1, 1, 1, 1000]])
+    np.savetxt(tmp_path / "log.csv", table, "%.12g", ",", header=names, comments="")
+    reading = symgen.Reading(unit={"wrench6": "mNm"})
+    read = symgen.read_log(tmp_path / "log.csv", reading=reading)
+    np.testing.assert_allclose(read.wrench, log.wrench, rtol=1e-9)
 
 
 @pytest.mark.parametrize("ending", ["csv", "npz", "parquet"])
