@@ -95,7 +95,7 @@ class Payload(Viewable):
         sensor: for a load from the wrench of a sensor, what else it shows. `residual` is then that
             of its force, without the offset, and `joints` is empty.
         traces: measured and modelled torque of each log with the load, for the quantities WITHOUT
-            and WITH the load.
+            and WITH the load; none for a load by a sensor.
     """
 
     GONE: ClassVar = ("gains",)

@@ -80,8 +80,8 @@ def payload(
         cutoff: cutoff of the filter of positions and speeds, Hz; by default that of the file of
             parameters, or else the one that suits the logs best.
         sensor: whether to identify the load from the wrench of the sensor in [sensor], in its
-            frame. With parameters or logs without the load, the load from the joint torques is in
-            `Payload.sensor`.
+            frame, without `frame`, `mass` and `cutoff`. With parameters or logs without the load,
+            the load from the joint torques is in `Payload.sensor`.
         reading: options of reading and masking.
         progress: called with a text about the current step.
 
