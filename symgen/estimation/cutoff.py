@@ -105,8 +105,6 @@ def rest_weight(error: FloatArray, rest: Bools) -> float:
 
 #: Cutoffs to try, in comparison bands.
 CUTOFFS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
-#: Fewest cutoffs to try, and number of the last ones that end the search if they are worse.
-_FIRST_CUTOFFS, _WORSE = 4, 2
 _FINER = 2**0.5  # approximate ratio of two neighbours
 
 
@@ -125,7 +123,7 @@ def choose_band(
         logs: the training logs.
         cutoff: cutoff of the filter, Hz; None to choose it.
         measured_speeds: whether to always use measured speeds, as instrumental variables need.
-        threads: number of threads that filter logs.
+        threads: number of threads that try cutoffs.
 
     Raises:
         LogError: no filter can have this cutoff, or the mask covers all samples.
@@ -153,18 +151,19 @@ def choose_band(
 
     def errors_at(hz: float) -> FloatArray:
         bands = [replace(start, cutoff_hz=hz, velocity=kind) for kind in kinds]
-        errors = _errors(evaluator, logs, torques, bands, threads)
+        errors = _errors(evaluator, logs, torques, bands)
         return np.maximum(errors, ROUNDING**2 / BLOCKS)
 
-    alike: list[FloatArray] = []
-    while len(alike) < len(grid) and not _is_passed(alike):
-        alike.append(errors_at(grid[len(alike)]))
+    alike = list(in_order(errors_at, grid, threads))
     # Encoder steps widen the comparison band beyond the motion. If the lowest cutoff is the best, a
     # lower one may be better, as long as it removes noise and no motion.
     while cutoff is None and _best(alike)[1] == 0 and _takes_noise(logs, grid[0] / _FINER):
         grid.insert(0, grid[0] / _FINER)
         alike.insert(0, errors_at(grid[0]))
-    errors = _relative(alike)
+    errors = np.stack(alike, axis=1)
+    least = errors.sum(axis=2)[_best(alike)]
+    size = np.where(least > 0, least, np.inf)
+    errors = (errors / size).sum(axis=3)
     middle = [_middle(same) for same in errors]
     totals = [same[i].sum() for same, i in zip(errors, middle, strict=True)]
     k = int(np.argmin(totals))
@@ -198,33 +197,6 @@ def _best(errors: Sequence[FloatArray]) -> tuple[int, int]:
     return int(kind), int(k)
 
 
-def _relative(alike: Sequence[FloatArray]) -> FloatArray:
-    """Return squared errors of cutoffs, (kinds, B, m) each, in units of the best one's, (kinds, C,
-    B).
-    """
-    errors = np.stack(alike, axis=1)
-    least = errors.sum(axis=2)[_best(alike)]
-    size = np.where(least > 0, least, np.inf)
-    return np.asarray((errors / size).sum(axis=3))
-
-
-def _is_passed(alike: Sequence[FloatArray]) -> bool:
-    """Return whether the last cutoffs are worse than others for every kind of speed.
-
-    Noise grows with the cutoff, so higher cutoffs are worse still.
-    """
-    if len(alike) < _FIRST_CUTOFFS:
-        return False
-    return not any(_as_good(same)[-_WORSE:].any() for same in _relative(alike))
-
-
-def _as_good(errors: FloatArray) -> Bools:
-    """Return which cutoffs are as good as the best one, (C,), from squared errors (C, B)."""
-    more = errors - errors[errors.sum(axis=1).argmin()]
-    std = math.sqrt(more.shape[1]) * more.std(axis=1, ddof=1)
-    return np.asarray(more.sum(axis=1) <= std)
-
-
 def _middle(errors: FloatArray) -> int:
     """Return the middle of the range of cutoffs that are as good as the best one.
 
@@ -233,8 +205,12 @@ def _middle(errors: FloatArray) -> int:
     Args:
         errors: (C, B) squared errors by cutoff and block.
     """
-    good = _as_good(errors)
-    low = high = int(errors.sum(axis=1).argmin())
+    best = int(errors.sum(axis=1).argmin())
+    more = errors - errors[best]
+    blocks = more.shape[1]
+    std = math.sqrt(blocks) * more.std(axis=1, ddof=1)
+    good = more.sum(axis=1) <= std
+    low = high = best
     while low > 0 and good[low - 1]:
         low -= 1
     while high < len(good) - 1 and good[high + 1]:
@@ -247,25 +223,19 @@ def _errors(
     logs: Sequence[Samples],
     measured: Sequence[FloatArray],
     bands: Sequence[Band],
-    threads: int,
 ) -> list[FloatArray]:
     """Return the squared errors of weighted least squares of the torque equations, (B, m) a band.
 
     Each block of time is predicted by a fit without its fold. Bands may differ in their speeds
     only.
     """
-
-    def equations_of(log: tuple[Samples, FloatArray]) -> list[Rows]:
-        (s, torque), q = log, None
-        out: list[Rows] = []
-        for band in reversed(bands):  # derived speeds first
-            filtered = filter_log(s, band, q)
-            q, equations = filtered.q, torque_equations(evaluator, filtered, measured=torque)
+    parts: list[list[Rows]] = [[] for _ in bands]
+    for s, torque in zip(logs, measured, strict=True):
+        q = None
+        for out, band in reversed(list(zip(parts, bands, strict=True))):  # derived speeds first
+            log = filter_log(s, band, q)
+            q, equations = log.q, torque_equations(evaluator, log, measured=torque)
             require_equations(s, equations, evaluator.model.robot)
-            out.insert(0, equations)
-        return out
-
-    pairs = zip(logs, measured, strict=True)
-    of_logs = list(in_order(equations_of, pairs, threads))
-    blocks = [block_summary(join(rows)) for rows in zip(*of_logs, strict=True)]
+            out.append(equations)
+    blocks = [block_summary(join(rows)) for rows in parts]
     return [block_errors(b, b) for b in blocks]

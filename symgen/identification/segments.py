@@ -148,10 +148,9 @@ def _open(segment: Segment, folding: Folding) -> tuple[FilteredLog, tuple[Fault,
     """
     s, reading = segment.rows, folding.reading
     robot = folding.evaluator.model.robot
+    log = read_rows(s, s.rows, robot, reading)
     clock = s.times[0], s.step
-    rows = read_rows(s, s.rows, robot, reading)
-    samples, repairs = open_samples(rows, robot, reading, clock=clock)
-    del rows  # memory for the filters
+    samples, repairs = open_samples(log, robot, reading, clock=clock)
     middle = slice(max(len(samples.t) - _LOOKED, 0) // 2, None)
     looked = samples.cut(middle).cut(slice(_LOOKED))
     band = folding.band.comparison_hz
