@@ -211,9 +211,17 @@ def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
     return law
 
 
-def held_law(log: FilteredLog, controls: str) -> Law:
-    """Return "reference" or "duty" of a log as a law that holds it until the next sample."""
-    held = getattr(log.samples, controls)
+def reference_law(log: FilteredLog) -> Law:
+    """Return the reference of a log as a law that holds it until the next sample.
+
+    Raises:
+        ParameterError: the log has no reference, or a part of one.
+    """
+    held = log.samples.reference
+    if held is None or np.isnan(held).any():
+        raise ParameterError(
+            f"compare-sim: {log.name} has no torques and no reference; accepted: a log with qr1.."
+        )
 
     def law(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:  # noqa: ARG001
         before = int(np.searchsorted(log.t, t, side="right")) - 1

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from symgen.data.raw import FloatArray, Places
+from symgen.data.raw import FloatArray
 from symgen.errors import RobotError, first_of, located
 from symgen.names import ROTOR
 from symgen.robot.formats.mjcf import SLIDE, compiled
@@ -19,7 +19,6 @@ from symgen.robot.toml_io import read_imported
 from symgen.runtime.simulate import Law
 
 _HOLDING = 1e9  # kg m2 or kg: armature of a locked joint
-_ON_JOINT = (0, 1)  # MuJoCo's numbers of the transmissions to a joint
 _FINEST = 1e-3  # s: longest step
 _SAME = 1e-3  # relative difference of torques; rounded angles cause less
 _RIGHT = 4  # the first MuJoCo that was seen to read all inertias of a URDF
@@ -32,8 +31,8 @@ _ACCEPTED = (
 class MujocoRobot:
     """A robot from a file, in MuJoCo.
 
-    Contacts and joint limits are switched off, and actuators until `use_actuators`. Joints without
-    a name in `joints` stand still at 0.
+    Contacts and joint limits are switched off, and actuators until `follow`. Joints without a name
+    in `joints` stand still at 0.
 
     Args:
         path: path of the file.
@@ -41,8 +40,6 @@ class MujocoRobot:
 
     Attributes:
         notes: differences from the file, one line each.
-        controls: what the actuators of the joints follow, "reference" or "duty"; "" if other,
-            several or no actuators move a joint.
 
     Raises:
         RobotError: MuJoCo is not installed, refuses the file or reads other inertias, or there is
@@ -65,33 +62,33 @@ class MujocoRobot:
             is_urdf = path.suffix.lower() == ".urdf"
             self.notes = _other_inertias(m, path) if is_urdf else []
         self._q, self._v = m.jnt_qposadr[places], m.jnt_dofadr[places]
-        self.controls, self._actuators = self._controlled(places)
         self._moved = "qfrc_applied", self._v
+        self._path, self._joints = path, places
         locked = np.setdiff1d(np.arange(m.nv), self._v)
         m.dof_armature[locked] = _HOLDING
         for part in ("CONTACT", "LIMIT", "ACTUATION"):
             m.opt.disableflags |= disabling(part)
         m.opt.timestep = min(float(m.opt.timestep), _FINEST)
 
-    def _controlled(self, joints: Sequence[int]) -> tuple[str, Places]:
-        """Return `controls` and the actuators of joints."""
-        m = self.model
-        on = np.flatnonzero(np.isin(m.actuator_trntype, _ON_JOINT))
-        found = [on[m.actuator_trnid[on, 0] == joint] for joint in joints]
-        k = np.concatenate(found)
-        if any(len(one) != 1 for one in found) or m.actuator_dyntype[k].any():
-            return "", k
-        gain, back = m.actuator_gainprm[k, 0], m.actuator_biasprm[k, 1]
-        if back.all() and np.allclose(back, -gain) and np.all(m.actuator_gear[k, 0] == 1):
-            return "reference", k
-        small = np.abs(m.actuator_ctrlrange[k]) <= 1
-        of_duty = small.all() and m.actuator_ctrllimited[k].all() and not back.any()
-        return "duty" if of_duty else "", k
+    def follow(self) -> None:
+        """Let laws return references of the actuators in the file, in place of torques.
 
-    def use_actuators(self) -> None:
-        """Move the joints by their actuators; laws then return controls in place of torques."""
-        self._moved = "ctrl", self._actuators
-        self.model.opt.disableflags &= ~disabling("ACTUATION")
+        Raises:
+            RobotError: not one actuator of each joint follows a reference of its position.
+        """
+        m = self.model
+        gain, back = m.actuator_gainprm[:, 0], m.actuator_biasprm[:, 1]
+        simple = (m.actuator_trntype == 0) & (m.actuator_dyntype == 0)
+        follows = simple & (gain == -back) & (m.actuator_gear[:, 0] == 1)
+        moved = np.where(follows, m.actuator_trnid[:, 0], -1)
+        servos = [np.flatnonzero(moved == joint) for joint in self._joints]
+        if any(len(k) != 1 for k in servos):
+            raise RobotError(
+                f"{self._path.name}: no reference moves its joints, and logs of duty have no "
+                "torques; accepted: one <position> of each joint: symgen export --actuator position"
+            )
+        self._moved = "ctrl", np.concatenate(servos)
+        m.opt.disableflags &= ~disabling("ACTUATION")
 
     @quiet()
     def __call__(

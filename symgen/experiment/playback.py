@@ -2,7 +2,7 @@
 
 MuJoCo moves the robot of a file along windows of a log (`symgen.estimation.playback`). Contacts
 and limits are off. The torques of the log move the joints. A log of duty has none: the recorded
-reference, or the duty, moves them by the actuators in the file.
+reference moves them by the actuators in the file.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from symgen.data.log import Log
 from symgen.data.raw import Reading, csv_bytes
 from symgen.data.signals import (
     OPEN,
-    Samples,
     comparison_band,
     interpolated,
 )
@@ -31,9 +30,9 @@ from symgen.estimation.playback import (
     Horizon,
     Window,
     gains_of,
-    held_law,
     play,
     position_errors,
+    reference_law,
     require_same_times,
     torque_law,
     windows_of,
@@ -81,7 +80,7 @@ class SimulationComparison(Viewable):
         logs: names of the logs.
         windows: number of simulated windows.
         feedback: whether feedback gains keep the robot close to the measured motion.
-        driven_by: what moves the robot: "torque", or by the actuators "reference" or "duty".
+        driven_by: what moves the robot: "torque", or by the actuators "reference".
         files: results, file by file.
         notes: changes to the logs.
         measured: measured motion in a window with a median error of the first file: times (K,) s
@@ -146,10 +145,10 @@ def compare_simulations(
         progress: called with a text about the current step.
 
     Raises:
-        RobotError: MuJoCo is not installed or refuses a file, or a file lacks a joint.
+        RobotError: MuJoCo is not installed or refuses a file, or a file lacks a joint, or for a
+            log of duty an actuator that follows its reference.
         LogError: a log cannot be read or belongs to another robot.
-        ParameterError: no log has a window of 0.2 s, or the logs have duty, and not what the
-            actuators of all files follow.
+        ParameterError: no log has a window of 0.2 s, or a log of duty lacks the reference.
     """
     if not files or not logs:
         raise ParameterError("compare-sim: nothing to compare; accepted: files and logs")
@@ -164,9 +163,11 @@ def compare_simulations(
         cutoff = min(_SMOOTH * comparison, OPEN * rate)
         filtered.append(filter_log(samples, Band(rate, cutoff, comparison, "derived")))
         notes += [*samples.notes, *(r.in_words for r in repairs)]
-    controls = _controls([log.samples for log in filtered], machines)
-    gains = None if controls else gains_of(source)
-    law_of = partial(held_law, controls=controls) if controls else partial(torque_law, gains=gains)
+    follows = any(log.samples.drive_unit for log in filtered)
+    gains = None if follows else gains_of(source)
+    law_of = reference_law if follows else partial(torque_law, gains=gains)
+    for machine in machines if follows else ():
+        machine.follow()
     windows = windows_of(filtered, _WINDOWS)
     if not windows:
         raise ParameterError(
@@ -193,31 +194,8 @@ def compare_simulations(
         notes=tuple(dict.fromkeys(notes)),
         measured=(t, measured),
         courses=tuple(moved[shown] for moved in courses),
-        driven_by=controls or "torque",
+        driven_by="reference" if follows else "torque",
     )
-
-
-def _controls(logs: Sequence[Samples], machines: Sequence[MujocoRobot]) -> str:
-    """Let actuators move the robots if the logs have duty; return what they follow, or "".
-
-    Raises:
-        ParameterError: the logs have duty, and not what the actuators of all files follow.
-    """
-    if not any(log.drive_unit for log in logs):
-        return ""
-    controls = machines[0].controls
-    recorded = [getattr(log, controls, None) for log in logs]
-    missing = any(x is None or np.isnan(x).any() for x in recorded)
-    volts = controls == "duty" and any(log.drive_unit != controls for log in logs)
-    if missing or volts or any(machine.controls != controls for machine in machines):
-        raise ParameterError(
-            "compare-sim: logs of duty have no torques; accepted: MJCF files in which one actuator "
-            "moves each joint, position where the log has the reference qr1.., or motor with "
-            "ctrlrange within -1 to 1: symgen export --actuator"
-        )
-    for machine in machines:
-        machine.use_actuators()
-    return controls
 
 
 def _without_rotors(files: Sequence[str | Path]) -> Iterator[str]:

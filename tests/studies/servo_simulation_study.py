@@ -104,8 +104,8 @@ def _beside_the_true(files: Sequence[Path], log: Log) -> float:
 def _followed(file: Path, joints: Sequence[str], log: Log) -> np.ndarray:
     """Return the positions of a file that follows the reference of a whole log."""
     robot, qr = MujocoRobot(file, joints), log.qr
+    robot.follow()
     assert qr is not None
-    robot.use_actuators()
     bounds = np.full(len(joints), 100.0)
 
     def law(t: float, q: np.ndarray, qd: np.ndarray) -> np.ndarray:  # noqa: ARG001

@@ -241,14 +241,10 @@ def compared(command, into: Path, *given: Path) -> dict:
     return json.loads((into / "simulation.json").read_text())
 
 
-def test_the_recorded_reference_or_duty_drives_the_exported_file(
+def test_the_recorded_reference_drives_the_exported_file(
     bare: Leg, tmp_path: Path, command
 ) -> None:
     path = moved(bare.arm, tmp_path, reference=True)
-    bare.export(command, tmp_path / "duty.xml")
-    found = compared(command, tmp_path / "by-duty", tmp_path / "duty.xml", path)
-    assert found["driven_by"] == "duty"
-    assert found["files"][0]["horizons"][-1]["position_error"] < 0.03
     gains = Servo((bare.arm.gain,) * 3, (0.0,) * 3, unit="duty")
     with_gains = leg_in(tmp_path / "gains", bare.arm, controller=gains)
     with_gains.export(command, tmp_path / "reference.xml")
@@ -257,9 +253,18 @@ def test_the_recorded_reference_or_duty_drives_the_exported_file(
     assert found["files"][0]["horizons"][-1]["position_error"] < 0.01
 
 
-def test_duty_is_no_torque_to_replay(leg: Leg, tmp_path: Path, command) -> None:
-    path = moved(leg.arm, tmp_path, reference=False)
-    leg.export(command, tmp_path / "out.xml")
+@pytest.mark.parametrize(
+    ("kind", "reference", "said"),
+    [
+        ("position", False, "no torques and no reference; accepted: a log with qr1.."),
+        ("motor", True, "symgen export --actuator position"),
+    ],
+)
+def test_duty_is_no_torque_to_replay(
+    leg: Leg, tmp_path: Path, command, kind: str, reference: bool, said: str
+) -> None:
+    path = moved(leg.arm, tmp_path, reference=reference)
+    leg.export(command, tmp_path / "out.xml", "--actuator", kind)
     code, _, err = command("compare-sim", tmp_path / "out.xml", path, "--into", tmp_path / "into")
     assert code != 0
-    assert "logs of duty have no torques" in err
+    assert said in err
