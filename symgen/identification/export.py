@@ -53,10 +53,6 @@ from symgen.robot.types import Joint, Robot
 #: Schema and name of the file that lists the parameters of drawn robots.
 SAMPLES, MARKER = "symgen.samples/1", "samples.json"
 _NO_ACTUATORS = "a URDF holds no actuators: export an MJCF to have the identified drives"
-_NO_SPEED = (
-    "an actuator of type position has no reference of the speed: where the controller uses kd qdr, "
-    "give the actuator qr + kd/kp qdr"
-)
 _CAVEAT = (
     "base parameters do not determine link parameters: these are one of infinitely many sets that "
     "give the same torques, and a single mass or centre need not be the robot's"
@@ -163,10 +159,9 @@ def identified_file(
     mjcf = path.suffix.lower() == ".xml"
     found = joint_drives(estimate, model.robot, links.values, actuator) if mjcf else {}
     drives = {imported.robot.joints[k - 1].name: drive for k, drive in found.items()}
-    in_drives = [f"FV{k}" for k, drive in found.items() if drive.kind == "dcmotor"]
-    identified = links.values
-    links = replace(links, values={**links.values, **dict.fromkeys(in_drives, 0.0)})
-    dynamics, contained = _dynamics(model.robot, links, higher and mjcf)
+    absent = {f"FV{k}": 0.0 for k, drive in found.items() if drive.kind == "dcmotor"}
+    of_joints = {**links.values, **absent}
+    dynamics, contained = _dynamics(model.robot, replace(links, values=of_joints), higher and mjcf)
     notes = [f"link parameters in {path.name}: {_CAVEAT}"]
     if links.sigmas > 0:
         notes.append(
@@ -179,8 +174,6 @@ def identified_file(
                 f"their torque error on held-out folds of the training logs is {possible}, that of "
                 f"the identified X {least}"
             )
-    if any(drive.kind == "position" and drive.damping for drive in drives.values()):
-        notes.append(_NO_SPEED)
     if mjcf:
         text = updated_mjcf(path, dynamics, drives)
     else:
@@ -200,10 +193,10 @@ def identified_file(
             )
     left_out = tuple(_not_contained(model, links, contained))
     if mjcf:
-        absent = dict.fromkeys((name for name, _, _ in left_out), 0.0)
+        absent |= dict.fromkeys((name for name, _, _ in left_out), 0.0)
         _require_read(text, path, model, {**links.values, **absent}, drives)
     text = relocated(text, path, path.parent if folder is None else Path(folder))
-    return IdentifiedFile(text, identified, left_out, tuple(notes))
+    return IdentifiedFile(text, links.values, left_out, tuple(notes))
 
 
 def _require_read(

@@ -152,8 +152,7 @@ def test_actuators_are_rewritten_in_place_and_missing_ones_are_added(
     np.testing.assert_allclose(model.actuator_gainprm[:, 0], leg.arm.a * KP)
     np.testing.assert_allclose(model.actuator_biasprm[:, 2], -leg.arm.a * KD)
     np.testing.assert_allclose(model.actuator_forcerange[:, 1], leg.arm.a * LIMIT)
-    assert model.actuator_ctrllimited.tolist() == [1, 0, 0]
-    assert model.actuator_ctrlrange[0].tolist() == [-2, 2]
+    assert not model.actuator_ctrllimited.any()
     assert not model.jnt_actfrclimited.any()
     source = makers(leg, tmp_path, "")
     code, _, err, model = leg.export(command, tmp_path / "added.xml", source=source)

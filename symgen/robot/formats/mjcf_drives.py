@@ -9,14 +9,14 @@ from xml.sax.saxutils import quoteattr
 
 from symgen.errors import ParameterError, plain
 from symgen.robot.formats.mjcf import compiled
-from symgen.robot.formats.mjcf_torques import disabling
 from symgen.robot.formats.xml import Edit, Element
 
-#: Attributes of an actuator that stay; and those that stay where it followed a reference before.
-_KEPT, _KEPT_OF_SERVO = ("name", "group", "user"), ("class", "ctrlrange", "inheritrange")
+#: Attributes of an actuator that stay, and those that no default of the file may change.
+_KEPT = ("name", "group", "user")
+_OWN = {"gear": "1", "ctrllimited": "false"}
 _COMMENTS = {"dcmotor": "<!-- motorconst holds the viscous friction of the joint, too -->"}
-#: A small control and speed, at which no servo is at its limit; largest relative difference.
-_SMALL, _SAME = 1e-3, 1e-9
+#: Control and speed at which no force is at its limit; largest relative difference of torques.
+_SMALL, _SAME = 1e-5, 1e-9
 
 
 @dataclass(frozen=True)
@@ -29,15 +29,31 @@ class JointDrive:
         kind: tag of the actuator: "position", "motor" or "dcmotor".
         gain: N m (N) per unit of the control.
         damping: N m s/rad (N s/m) of the actuator.
-        attributes: attributes of the actuator.
-        reach: largest control; of a "position" a small one.
+        attributes: numbers of the actuator.
+        clipped: what a limit clips, "ctrl" or "force".
+        limit: this limit.
     """
 
     kind: str
     gain: float
     damping: float
-    attributes: Mapping[str, str]
-    reach: float = _SMALL
+    attributes: Mapping[str, float]
+    clipped: str
+    limit: float
+
+    @property
+    def reach(self) -> float:
+        """Largest control below which no force is at its limit."""
+        return self.limit if self.clipped == "ctrl" else _SMALL
+
+    def element(self, kept: Mapping[str, str]) -> str:
+        """Return the element of the actuator, with some attributes that it keeps."""
+        numbers = {key: repr(value) for key, value in self.attributes.items()}
+        reach = f"{-self.limit!r} {self.limit!r}"
+        limits = {f"{self.clipped}limited": "true", f"{self.clipped}range": reach}
+        pairs = {**kept, **_OWN, **numbers, **limits}.items()
+        line = "".join(f" {key}={quoteattr(value)}" for key, value in pairs)
+        return f"{_COMMENTS.get(self.kind, '')}<{self.kind}{line}/>"
 
 
 def drive_edits(root: Element, drives: Mapping[str, JointDrive]) -> Iterator[Edit]:
@@ -48,29 +64,17 @@ def drive_edits(root: Element, drives: Mapping[str, JointDrive]) -> Iterator[Edi
         drives: drives by names of joints.
     """
     written = [element for section in root.all("actuator") for element in section.children]
-    keys = "joint", "jointinparent"
-    places = {e.attributes[key]: e for e in written for key in keys if key in e.attributes}
-    added = []
+    places = {element.attributes.get("joint"): element for element in written}
+    added = ""
     for joint, drive in drives.items():
         at = places.get(joint)
-        words = {"joint": joint, **drive.attributes}
-        followed = at is not None and at.tag == drive.kind == "position"
-        if drive.kind == "position" and not followed:
-            words["ctrllimited"] = "false"
-        if at is not None:
-            kept = _KEPT + _KEPT_OF_SERVO * followed
-            old = at.attributes
-            words = {key: old[key] for key in kept if key in old} | words
-        pairs = words.items()
-        line = "".join(f" {key}={quoteattr(value)}" for key, value in pairs)
-        line = f"{_COMMENTS.get(drive.kind, '')}<{drive.kind}{line}/>"
         if at is None:
-            added.append(f"    {line}\n")
+            added += f"    {drive.element({'joint': joint})}\n"
         else:
-            yield at.start, at.end, line.encode()
+            kept = {key: at.attributes[key] for key in _KEPT if key in at.attributes}
+            yield at.start, at.end, drive.element({**kept, "joint": joint}).encode()
     if added:  # MuJoCo joins several sections
-        lines = "".join(added)
-        yield root.close, root.close, f"  <actuator>\n{lines}  </actuator>\n".encode()
+        yield root.close, root.close, f"  <actuator>\n{added}  </actuator>\n".encode()
 
 
 def require_drives(path: Path, drives: Mapping[str, JointDrive]) -> None:
@@ -86,19 +90,14 @@ def require_drives(path: Path, drives: Mapping[str, JointDrive]) -> None:
     import mujoco
 
     model = compiled(path, [])
-    if any(drive.kind == "position" for drive in drives.values()):
-        model.opt.disableflags |= disabling("CLAMPCTRL")
     data = mujoco.MjData(model)
-    data.qvel[:] = _SMALL
-    largest = [drive.reach for drive in drives.values()]
-    data.ctrl[:] = max(largest, default=0.0)
-    for name in drives:
-        data.joint(name).qpos = 0.0
+    data.qpos[:], data.qvel[:] = 0.0, -_SMALL
+    data.ctrl[:] = max((drive.reach for drive in drives.values()), default=0.0)
     mujoco.mj_forward(model, data)
     for name, drive in drives.items():
         theirs = data.joint(name).qfrc_actuator.item()
-        ours = drive.gain * drive.reach - drive.damping * _SMALL
-        if abs(theirs - ours) > _SAME * drive.gain:
+        ours = drive.gain * drive.reach + drive.damping * _SMALL
+        if abs(theirs - ours) > _SAME * ours:
             raise ParameterError(
                 f"{path.name}: MuJoCo computes another torque of the actuators of {plain(name)!r} "
                 "than written; accepted: one actuator at most of the joint, in the file itself, "
