@@ -37,6 +37,7 @@ from symgen.estimation.summary import triangle
 from symgen.estimation.system import Rows, join, torque_columns, torque_equations
 from symgen.estimation.values import FloatArray
 from symgen.identification.parameters import link_columns
+from symgen.robot.body import Body
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -70,14 +71,8 @@ class Carried:
     @property
     def known(self) -> FloatArray:
         """(10,) known part of its link parameters."""
-        out = np.zeros(10)
-        out[-1] = self.mass
-        if self.com is not None:
-            c = np.array(self.com)
-            inertia = self.mass * (c @ c * np.eye(3) - np.outer(c, c))
-            out[:6] = inertia[np.triu_indices(3)]
-            out[6:9] = self.mass * c
-        return out
+        at = np.zeros(3) if self.com is None else np.array(self.com)
+        return np.array(Body(0, self.mass, at, np.zeros((3, 3))).standard)
 
     @property
     def free(self) -> FloatArray:
@@ -202,6 +197,11 @@ class _Problem:
         torque: FloatArray = self.rows.W @ x + self.known
         return torque / a
 
+    def triangle(self, inputs: FloatArray, kept: Bools | slice) -> FloatArray:
+        """Return the triangular factor of the weighted columns of some unknowns."""
+        columns = self.columns(inputs)[:, :, kept] * self.rows.weight[..., None]
+        return triangle(columns.reshape(-1, columns.shape[2]))
+
     def directions(self, inputs: FloatArray, kept: Bools) -> tuple[FloatArray, FloatArray]:
         """Return the directions of some unknowns that the equations determine, and the others.
 
@@ -212,9 +212,7 @@ class _Problem:
         Returns:
             Two matrices with one column a direction, in the units of the unknowns.
         """
-        columns = self.columns(inputs)[:, :, kept] * self.rows.weight[..., None]
-        flat = columns.reshape(-1, columns.shape[2])
-        R = triangle(np.vstack([triangle(flat), self.prior[:, kept]]))
+        R = triangle(np.vstack([self.triangle(inputs, kept), self.prior[:, kept]]))
         scale = column_norms(R)
         _, values, V = np.linalg.svd(R / scale)
         ways, rank = (V / scale).T, np.count_nonzero(values > SINGULAR * values[0])
@@ -265,12 +263,9 @@ class _Problem:
         _, null = self.directions(inputs, every)
         factors = null[self.linear :]
         factors = factors / np.maximum(np.abs(factors).max(axis=0), _TINY)
-        out = np.full(len(factors), -1)
-        for j, row in enumerate(factors):
-            if np.abs(row).max(initial=0.0) > _ALIKE:
-                same = np.abs(factors - row).max(axis=1) < _ALIKE
-                out[j] = np.flatnonzero(same)[0]
-        return out
+        differences = np.abs(factors[:, None] - factors).max(axis=2, initial=0.0)
+        first = np.argmax(differences < _ALIKE, axis=1)
+        return np.where(np.abs(factors).max(axis=1, initial=0.0) > _ALIKE, first, -1)
 
 
 class _Fit(NamedTuple):
@@ -306,30 +301,25 @@ def find_scales(
     every, ones = np.ones(n, dtype=bool), np.ones(n)
     # Any solution shows which scales are open: they multiply its x and a.
     references = problem.references(problem.solve(every, ones).inputs)
-    groups = np.array([references == r for r in {*references.tolist()} - {-1}], dtype=float).T
-    groups = groups.reshape(n, -1)
+    groups = (references[:, None] == np.unique(references[references >= 0])).astype(float)
     fit = problem.solve(references == np.arange(n), ones)
     a = fit.theta[m:]
-    found = np.log(a), fit.covariance[m:, m:] / np.outer(a, a)
+    scales, covariance = np.log(a), fit.covariance[m:, m:] / np.outer(a, a)
     source = "" if body is None else f"a mass of {body.mass:g} kg"
     catalogue = catalogue_scales(robot, unit)
     if catalogue is not None:
-        found = _with_catalogue(*found, groups, np.log(catalogue))
+        scales, covariance = _with_catalogue(scales, covariance, groups, np.log(catalogue))
+        references[:] = -1
         source = source or f"the values of [drive]{_ROUGH.format(100 * CATALOGUE)}"
     elif file_values is not None:
         for group in groups.T:
             share = _share_of_weight(evaluator, logs, np.flatnonzero(group), file_values)
             weight = float(share @ fit.theta[:p])
             if weight > 0:
-                found = (
-                    found[0] - group * np.log(weight),
-                    found[1] + MASSES**2 * np.outer(group, group),
-                )
+                scales = scales - group * np.log(weight)
+                covariance = covariance + MASSES**2 * np.outer(group, group)
                 references[group > 0] = -1
                 source = f"the masses of the robot file{_ROUGH.format(100 * MASSES)}"
-    if catalogue is not None:
-        references[:] = -1
-    scales, covariance = found
     a = np.exp(scales)
     return Scales(
         unit,
@@ -368,13 +358,14 @@ def _with_catalogue(
 def catalogue_scales(robot: Robot, unit: str) -> FloatArray | None:
     """Return N kt V/R of each joint from [drive], (n,); None if a value is missing."""
     drive = robot.drive
-    if drive is None or drive.torque_constant is None or drive.resistance is None:
+    if drive is None:
         return None
+    constant, resistance = drive.torque_constant, drive.resistance
     supply = 1.0 if unit == "V" else drive.supply
-    if supply is None:
+    if constant is None or resistance is None or supply is None:
         return None
     ratio = np.abs(np.diag(np.array(drive.ratio, dtype=float)))
-    return np.asarray(ratio * drive.torque_constant * np.array(supply) / drive.resistance)
+    return np.asarray(ratio * constant * np.array(supply) / resistance)
 
 
 def _problem(
@@ -427,9 +418,7 @@ def _share_of_weight(
 
 def _slopes(problem: _Problem, fit: _Fit) -> FloatArray:
     """Return the derivative of X with respect to log a at a solution, (p, n)."""
-    m = problem.linear
-    columns = problem.columns(fit.inputs) * problem.rows.weight[..., None]
-    R = triangle(columns.reshape(-1, columns.shape[2]))
+    m, R = problem.linear, problem.triangle(fit.inputs, slice(None))
     scale = column_norms(R[:, :m])
     response = np.linalg.lstsq(R[:, :m] / scale, -R[:, m:] * fit.theta[m:], rcond=SINGULAR)[0]
     return np.asarray((response / scale[:, None])[: problem.parameters])
