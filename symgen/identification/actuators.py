@@ -51,16 +51,15 @@ def joint_drives(
         a, limit = drive.torque, limits[j]
         viscous = values.get(f"FV{drive.joint}", 0.0)
         if kind == "motor":
-            made = JointDrive(kind, a, 0.0, {"gear": a}, "ctrl", limit)
+            numbers = {"gear": a, "ctrlrange": limit}
         elif kind == "position" and gains:
-            gain, damping = a * gains.kp[j], a * gains.kd[j]
-            made = JointDrive(kind, gain, damping, {"kp": gain, "kv": damping}, "force", a * limit)
+            numbers = {"kp": a * gains.kp[j], "kv": a * gains.kd[j], "forcerange": a * limit}
         elif kind == "dcmotor" and supply and viscous > 0:
-            volts = supply[j]
-            constant = volts * viscous / a
-            motor = {"motorconst": constant, "resistance": constant * volts / a}
-            made = JointDrive(kind, a / volts, viscous, motor, "ctrl", volts * limit)
+            constant = supply[j] * viscous / a
+            resistance = constant * supply[j] / a
+            reach = supply[j] * limit
+            numbers = {"motorconst": constant, "resistance": resistance, "ctrlrange": reach}
         else:
             raise ParameterError(f"--actuator {kind} is not possible; accepted: {_NEEDS[kind]}")
-        out[drive.joint] = made
+        out[drive.joint] = JointDrive(kind, numbers, a * limit)
     return out

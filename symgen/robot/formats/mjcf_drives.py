@@ -13,46 +13,37 @@ from symgen.robot.formats.xml import Edit, Element
 
 #: Attributes of an actuator that stay, and those that no default of the file may change.
 _KEPT = ("name", "group", "user")
-_OWN = {"gear": "1", "ctrllimited": "false"}
+_FIXED = {
+    "position": {"gear": "1", "ctrllimited": "false", "forcelimited": "true"},
+    "motor": {"ctrllimited": "true"},
+    "dcmotor": {"gear": "1", "ctrllimited": "true"},
+}
 _COMMENTS = {"dcmotor": "<!-- motorconst holds the viscous friction of the joint, too -->"}
-#: Control and speed at which no force is at its limit; largest relative difference of torques.
-_SMALL, _SAME = 1e-5, 1e-9
+#: A control above all limits; largest relative difference of torques.
+_LARGE, _SAME = 1e6, 1e-9
 
 
 @dataclass(frozen=True)
 class JointDrive:
     """The drive of a joint, as an actuator of MuJoCo.
 
-        tau = gain (ctrl - q) - damping qd  for "position",  tau = gain ctrl - damping qd  otherwise
-
     Attributes:
         kind: tag of the actuator: "position", "motor" or "dcmotor".
-        gain: N m (N) per unit of the control.
-        damping: N m s/rad (N s/m) of the actuator.
-        attributes: numbers of the actuator.
-        clipped: what a limit clips, "ctrl" or "force".
-        limit: this limit.
+        numbers: attributes of the actuator; of a range the upper limit, its lower limit is minus
+            that.
+        torque: largest torque without speed, N m (N).
     """
 
     kind: str
-    gain: float
-    damping: float
-    attributes: Mapping[str, float]
-    clipped: str
-    limit: float
-
-    @property
-    def reach(self) -> float:
-        """Largest control below which no force is at its limit."""
-        return self.limit if self.clipped == "ctrl" else _SMALL
+    numbers: Mapping[str, float]
+    torque: float
 
     def element(self, kept: Mapping[str, str]) -> str:
         """Return the element of the actuator, with some attributes that it keeps."""
-        numbers = {key: repr(value) for key, value in self.attributes.items()}
-        reach = f"{-self.limit!r} {self.limit!r}"
-        limits = {f"{self.clipped}limited": "true", f"{self.clipped}range": reach}
-        pairs = {**kept, **_OWN, **numbers, **limits}.items()
-        line = "".join(f" {key}={quoteattr(value)}" for key, value in pairs)
+        pairs = {**kept, **_FIXED[self.kind]}
+        for key, x in self.numbers.items():
+            pairs[key] = f"{-x!r} {x!r}" if key.endswith("range") else repr(x)
+        line = "".join(f" {key}={quoteattr(value)}" for key, value in pairs.items())
         return f"{_COMMENTS.get(self.kind, '')}<{self.kind}{line}/>"
 
 
@@ -78,7 +69,7 @@ def drive_edits(root: Element, drives: Mapping[str, JointDrive]) -> Iterator[Edi
 
 
 def require_drives(path: Path, drives: Mapping[str, JointDrive]) -> None:
-    """Refuse an MJCF in which MuJoCo computes other torques of the drives than symgen wrote.
+    """Refuse an MJCF in which MuJoCo computes other largest torques than those of the drives.
 
     Args:
         path: path of the file.
@@ -91,13 +82,11 @@ def require_drives(path: Path, drives: Mapping[str, JointDrive]) -> None:
 
     model = compiled(path, [])
     data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = 0.0, -_SMALL
-    data.ctrl[:] = max((drive.reach for drive in drives.values()), default=0.0)
+    data.qpos[:], data.ctrl[:] = 0.0, _LARGE
     mujoco.mj_forward(model, data)
     for name, drive in drives.items():
         theirs = data.joint(name).qfrc_actuator.item()
-        ours = drive.gain * drive.reach + drive.damping * _SMALL
-        if abs(theirs - ours) > _SAME * ours:
+        if abs(theirs - drive.torque) > _SAME * drive.torque:
             raise ParameterError(
                 f"{path.name}: MuJoCo computes another torque of the actuators of {plain(name)!r} "
                 "than written; accepted: one actuator at most of the joint, in the file itself, "
