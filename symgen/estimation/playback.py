@@ -150,31 +150,6 @@ def _starts(log: FilteredLog, seconds: float, most: int) -> list[int]:
     return [int(k) for k in every[np.linspace(0, len(every) - 1, count).astype(int)]]
 
 
-def play(
-    mover: Mover,
-    windows: Sequence[Window],
-    t: FloatArray,
-    law_of: Callable[[FilteredLog], Law] | None = None,
-) -> FloatArray:
-    """Simulate windows; return the positions (windows, K, n), NaN where one diverges.
-
-    Args:
-        mover: moves the robot.
-        windows: windows of one length, grouped by log.
-        t: (K,) times after the start of each window, s; the first is 0.
-        law_of: returns what moves the robot in a log; by default its torques.
-    """
-    law_of = law_of or torque_law
-    laws = {log: law_of(log) for log in dict.fromkeys(w.log for w in windows)}
-    bounds = position_bounds(windows)
-    courses = []
-    for window in windows:
-        log, start = window.log, window.start
-        times = log.t[start] + t
-        courses.append(mover(log.q[start], log.qd[start], laws[log], times, bounds))
-    return np.stack(courses)
-
-
 def at_nodes(log: FilteredLog, x: FloatArray) -> FloatArray:
     """Return a signal (N, c) of a log at its nodes, (K, c), below a quarter of their rate.
 
@@ -228,6 +203,30 @@ def reference_law(log: FilteredLog) -> Law:
         return np.asarray(held[before])
 
     return law
+
+
+def play(
+    mover: Mover,
+    windows: Sequence[Window],
+    t: FloatArray,
+    law_of: Callable[[FilteredLog], Law] = torque_law,
+) -> FloatArray:
+    """Simulate windows; return the positions (windows, K, n), NaN where one diverges.
+
+    Args:
+        mover: moves the robot.
+        windows: windows of one length, grouped by log.
+        t: (K,) times after the start of each window, s; the first is 0.
+        law_of: returns what moves the robot in a log; by default its torques.
+    """
+    laws = {log: law_of(log) for log in dict.fromkeys(w.log for w in windows)}
+    bounds = position_bounds(windows)
+    courses = []
+    for window in windows:
+        log, start = window.log, window.start
+        times = log.t[start] + t
+        courses.append(mover(log.q[start], log.qd[start], laws[log], times, bounds))
+    return np.stack(courses)
 
 
 def position_bounds(windows: Sequence[Window]) -> FloatArray:

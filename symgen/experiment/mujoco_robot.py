@@ -78,8 +78,8 @@ class MujocoRobot:
         """
         m = self.model
         gain, back = m.actuator_gainprm[:, 0], m.actuator_biasprm[:, 1]
-        simple = (m.actuator_trntype == 0) & (m.actuator_dyntype == 0)
-        follows = simple & (gain == -back) & (m.actuator_gear[:, 0] == 1)
+        other = m.actuator_trntype + m.actuator_dyntype  # than on a joint, and at once
+        follows = (other == 0) & (gain == -back) & (m.actuator_gear[:, 0] == 1)
         moved = np.where(follows, m.actuator_trnid[:, 0], -1)
         servos = [np.flatnonzero(moved == joint) for joint in self._joints]
         if any(len(k) != 1 for k in servos):

@@ -162,33 +162,32 @@ def drive_estimates(campaign: Campaign, solution: Solution) -> tuple[DriveEstima
     scales, robot = campaign.scales, campaign.robot
     if scales is None:
         return ()
-    drive = robot.drive
-    limit = np.ones(robot.n) if drive is None or drive.limit is None else np.array(drive.limit)
+    limit = np.array((robot.drive and robot.drive.limit) or np.ones(robot.n))
     if scales.unit == "V":  # without a supply, the largest voltage is unknown
         limit = np.full(robot.n, np.nan)
     inputs = np.concatenate([log.tau for log in campaign.logs]) / scales.torque
     limited = np.mean(np.abs(inputs) >= _LIMITED * limit, axis=0)
-    names = campaign.evaluator.model.base.names
-    # Torque and friction of a joint have one scale, so that their errors have a common part.
-    p, torque = len(names), scales.torque
+    torque = scales.torque
+    places = {name: k for k, name in enumerate(campaign.evaluator.model.base.names)}
     rows = dict(zip(scales.names, scales.slopes, strict=True))
-    slopes = np.vstack([*(rows.get(name, 0 * torque) for name in names), np.diag(torque)])
-    covariance = slopes @ scales.covariance @ slopes.T
-    covariance[:p, :p] = solution.covariance
-    values = np.concatenate([solution.X, torque, [0.0]])  # the last one stands for no friction
-    covariance = np.pad(covariance, (0, 1))
-    places = {name: k for k, name in enumerate(names)}
+    X = np.append(solution.X, 0.0)  # the last one stands for no friction
+    of_X = np.pad(solution.covariance, (0, 1))
     out = []
     for j, joint in enumerate(robot.movable):
-        at = [p + j, *(places.get(f"{key}{joint.number}", -1) for key in ("FS", "FV"))]
-        a, coulomb, viscous = values[at].tolist()
+        keys = f"FS{joint.number}", f"FV{joint.number}"
+        at = [places.get(key, -1) for key in keys]
+        coulomb, viscous = X[at].tolist()
         viscous = viscous if viscous > 0 else math.nan
-        stall = limit[j] * a - coulomb
+        stall = limit[j] * torque[j] - coulomb
         speed = stall / viscous
-        of_stall = np.array([limit[j], -1.0, 0.0])
-        of_speed = (of_stall - [0.0, 0.0, speed]) / viscous
+        # Torque and friction of a joint have one scale, so that their errors have a common part.
+        slopes = np.vstack([*(rows.get(key, 0 * torque) for key in keys), np.diag(torque)[j]])
+        covariance = slopes @ scales.covariance @ slopes.T
+        covariance[:2, :2] = of_X[np.ix_(at, at)]
+        of_stall = np.array([-1.0, 0.0, limit[j]])
+        of_speed = (of_stall - [0.0, speed, 0.0]) / viscous
         of_both = np.vstack([of_stall, of_speed])
-        variances = np.diag(of_both @ covariance[np.ix_(at, at)] @ of_both.T)
+        variances = np.diag(of_both @ covariance @ of_both.T)
         stds = np.sqrt(np.maximum(variances, 0.0)).tolist()
         unit = scales.unit_of(j, names_of.unit("FS", joint.sigma))
         if scales.reference[j] >= 0:

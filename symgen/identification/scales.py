@@ -48,6 +48,8 @@ _ROUGH = ", with a standard deviation of {:g} %; --carried LOG --mass KG measure
 _SPREAD = 0.2  # expected radius of gyration of a body, m
 #: Rounding of parts of unit vectors, and a number that is no size.
 _ALIKE, _TINY = 1e-5, 1e-300
+#: Variance of the log of a free factor.
+_FREE = 1e6
 #: Part of the largest scale to which a smaller one is raised.
 _FAINT = 0.02
 #: Most rounds of the inputs, and their change, as a part of the inputs, that ends them.
@@ -338,21 +340,17 @@ def _with_catalogue(
 ) -> tuple[FloatArray, FloatArray]:
     """Return log a and its covariance with the values of a catalogue.
 
-    The errors of both are independent, and a factor of each group is free (universal kriging:
-    Cressie 1993, Statistics for Spatial Data, section 3.4).
+    The errors of both are independent, and a factor of each group is free.
 
     Args:
         scales, covariance: log a, (n,), with a factor in each group, and its covariance.
         groups: (n, g) whether a joint belongs to a group.
         catalogue: (n,) log a in the catalogue.
     """
-    inverse = np.linalg.inv(covariance + CATALOGUE**2 * np.eye(len(scales)))
-    gain = covariance @ inverse
-    of_factors = np.linalg.inv(groups.T @ inverse @ groups)
-    scales = scales + groups @ (of_factors @ groups.T @ inverse @ (catalogue - scales))
-    free = groups - gain @ groups
-    covariance = covariance - gain @ covariance + free @ of_factors @ free.T
-    return scales + gain @ (catalogue - scales), covariance
+    free = covariance + _FREE * groups @ groups.T
+    variance = CATALOGUE**2
+    gain = free @ np.linalg.inv(free + variance * np.eye(len(scales)))
+    return scales + gain @ (catalogue - scales), variance * gain
 
 
 def catalogue_scales(robot: Robot, unit: str) -> FloatArray | None:
@@ -360,12 +358,11 @@ def catalogue_scales(robot: Robot, unit: str) -> FloatArray | None:
     drive = robot.drive
     if drive is None:
         return None
-    constant, resistance = drive.torque_constant, drive.resistance
     supply = 1.0 if unit == "V" else drive.supply
-    if constant is None or resistance is None or supply is None:
+    if drive.torque_constant is None or drive.resistance is None or supply is None:
         return None
     ratio = np.abs(np.diag(np.array(drive.ratio, dtype=float)))
-    return np.asarray(ratio * constant * np.array(supply) / resistance)
+    return np.asarray(ratio * drive.torque_constant * np.array(supply) / drive.resistance)
 
 
 def _problem(
@@ -385,7 +382,7 @@ def _problem(
     assert model.robot.payload is not None
     G = regrouping(model)[:p, link_columns(model, model.robot.payload)]
     counts = [len(log.kept) for log in every]
-    loaded = np.repeat(np.arange(len(every)) >= len(logs), counts).astype(float)
+    loaded = np.repeat([0.0] * len(logs) + [1.0] * len(carrying), counts)
     of_load = loaded[:, None, None] * (rows.W @ G)
     known, unknown = of_load @ body.known, of_load @ body.free
     prior = np.zeros((6, p + unknown.shape[2] + n))
@@ -408,10 +405,12 @@ def _share_of_weight(
         joints: positions of the joints.
         X: parameters in the file, (p,).
     """
-    parts = [[x[log.kept] for x in log.motion] for log in logs]
-    q, qd, qdd, *base = (np.concatenate(x) for x in zip(*parts, strict=True))
-    at_rest = torque_columns(evaluator, [q, 0 * qd, 0 * qdd, *base])[:, joints]
-    rows = at_rest.reshape(-1, at_rest.shape[2])
+    at_rest = []
+    for log in logs:
+        q, qd, qdd, *base = (x[log.kept] for x in log.motion)
+        columns = torque_columns(evaluator, [q, 0 * qd, 0 * qdd, *base])
+        at_rest += list(columns[:, joints])
+    rows = np.concatenate(at_rest)
     torque = rows @ X[: rows.shape[1]]
     return np.asarray(torque @ rows / max(float(torque @ torque), _TINY))
 
