@@ -77,9 +77,10 @@ class MujocoRobot:
             RobotError: not one actuator of each joint follows a reference of its position.
         """
         m = self.model
-        gain, back = m.actuator_gainprm[:, 0], m.actuator_biasprm[:, 1]
+        gear, gain = m.actuator_gear[:, 0], m.actuator_gainprm[:, 0]
+        back = m.actuator_biasprm[:, 1]
         other = m.actuator_trntype + m.actuator_dyntype  # than on a joint, and at once
-        follows = (other == 0) & (gain == -back) & (m.actuator_gear[:, 0] == 1)
+        follows = (other == 0) & (gain == -back) & (gear == 1)
         moved = np.where(follows, m.actuator_trnid[:, 0], -1)
         servos = [np.flatnonzero(moved == joint) for joint in self._joints]
         if any(len(k) != 1 for k in servos):

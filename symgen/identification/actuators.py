@@ -53,7 +53,8 @@ def joint_drives(
         if kind == "motor":
             numbers = {"gear": a, "ctrlrange": limit}
         elif kind == "position" and gains:
-            numbers = {"kp": a * gains.kp[j], "kv": a * gains.kd[j], "forcerange": a * limit}
+            gain, damping = a * gains.kp[j], a * gains.kd[j]
+            numbers = {"kp": gain, "kv": damping, "forcerange": a * limit}
         elif kind == "dcmotor" and supply and viscous > 0:
             constant = supply[j] * viscous / a
             resistance = constant * supply[j] / a

@@ -162,13 +162,15 @@ def drive_estimates(campaign: Campaign, solution: Solution) -> tuple[DriveEstima
     scales, robot = campaign.scales, campaign.robot
     if scales is None:
         return ()
-    limit = np.array((robot.drive and robot.drive.limit) or np.ones(robot.n))
+    drive = robot.drive
+    limit = np.array((drive and drive.limit) or np.ones(robot.n))
     if scales.unit == "V":  # without a supply, the largest voltage is unknown
         limit = np.full(robot.n, np.nan)
     inputs = np.concatenate([log.tau for log in campaign.logs]) / scales.torque
     limited = np.mean(np.abs(inputs) >= _LIMITED * limit, axis=0)
     torque = scales.torque
-    places = {name: k for k, name in enumerate(campaign.evaluator.model.base.names)}
+    names = campaign.evaluator.model.base.names
+    places = {name: k for k, name in enumerate(names)}
     rows = dict(zip(scales.names, scales.slopes, strict=True))
     X = np.append(solution.X, 0.0)  # the last one stands for no friction
     of_X = np.pad(solution.covariance, (0, 1))
@@ -181,7 +183,8 @@ def drive_estimates(campaign: Campaign, solution: Solution) -> tuple[DriveEstima
         stall = limit[j] * torque[j] - coulomb
         speed = stall / viscous
         # Torque and friction of a joint have one scale, so that their errors have a common part.
-        slopes = np.vstack([*(rows.get(key, 0 * torque) for key in keys), np.diag(torque)[j]])
+        of_friction = [rows.get(key, 0 * torque) for key in keys]
+        slopes = np.vstack([*of_friction, np.diag(torque)[j]])
         covariance = slopes @ scales.covariance @ slopes.T
         covariance[:2, :2] = of_X[np.ix_(at, at)]
         of_stall = np.array([-1.0, 0.0, limit[j]])

@@ -159,9 +159,10 @@ def identified_file(
     mjcf = path.suffix.lower() == ".xml"
     found = joint_drives(estimate, model.robot, links.values, actuator) if mjcf else {}
     drives = {imported.robot.joints[k - 1].name: drive for k, drive in found.items()}
-    absent = {f"FV{k}": 0.0 for k, drive in found.items() if drive.kind == "dcmotor"}
-    of_joints = {**links.values, **absent}
-    dynamics, contained = _dynamics(model.robot, replace(links, values=of_joints), higher and mjcf)
+    of_motors = [k for k, drive in found.items() if drive.kind == "dcmotor"]
+    absent = {f"FV{k}": 0.0 for k in of_motors}
+    of_joints = replace(links, values={**links.values, **absent})
+    dynamics, contained = _dynamics(model.robot, of_joints, higher and mjcf)
     notes = [f"link parameters in {path.name}: {_CAVEAT}"]
     if links.sigmas > 0:
         notes.append(

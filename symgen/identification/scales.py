@@ -73,8 +73,9 @@ class Carried:
     @property
     def known(self) -> FloatArray:
         """(10,) known part of its link parameters."""
-        at = np.zeros(3) if self.com is None else np.array(self.com)
-        return np.array(Body(0, self.mass, at, np.zeros((3, 3))).standard)
+        none = np.zeros((3, 3))
+        at = none[0] if self.com is None else np.array(self.com)
+        return np.array(Body(0, self.mass, at, none).standard)
 
     @property
     def free(self) -> FloatArray:
@@ -201,7 +202,8 @@ class _Problem:
 
     def triangle(self, inputs: FloatArray, kept: Bools | slice) -> FloatArray:
         """Return the triangular factor of the weighted columns of some unknowns."""
-        columns = self.columns(inputs)[:, :, kept] * self.rows.weight[..., None]
+        columns = self.columns(inputs)[:, :, kept]
+        columns = columns * self.rows.weight[..., None]
         return triangle(columns.reshape(-1, columns.shape[2]))
 
     def directions(self, inputs: FloatArray, kept: Bools) -> tuple[FloatArray, FloatArray]:
@@ -214,7 +216,8 @@ class _Problem:
         Returns:
             Two matrices with one column a direction, in the units of the unknowns.
         """
-        R = triangle(np.vstack([self.triangle(inputs, kept), self.prior[:, kept]]))
+        measured = self.triangle(inputs, kept)
+        R = triangle(np.vstack([measured, self.prior[:, kept]]))
         scale = column_norms(R)
         _, values, V = np.linalg.svd(R / scale)
         ways, rank = (V / scale).T, np.count_nonzero(values > SINGULAR * values[0])
@@ -265,9 +268,10 @@ class _Problem:
         _, null = self.directions(inputs, every)
         factors = null[self.linear :]
         factors = factors / np.maximum(np.abs(factors).max(axis=0), _TINY)
-        differences = np.abs(factors[:, None] - factors).max(axis=2, initial=0.0)
-        first = np.argmax(differences < _ALIKE, axis=1)
-        return np.where(np.abs(factors).max(axis=1, initial=0.0) > _ALIKE, first, -1)
+        apart = np.abs(factors[:, None] - factors)
+        alike = apart.max(axis=2, initial=0.0) < _ALIKE
+        sizes = np.abs(factors).max(axis=1, initial=0.0)
+        return np.where(sizes > _ALIKE, np.argmax(alike, axis=1), -1)
 
 
 class _Fit(NamedTuple):
@@ -303,10 +307,12 @@ def find_scales(
     every, ones = np.ones(n, dtype=bool), np.ones(n)
     # Any solution shows which scales are open: they multiply its x and a.
     references = problem.references(problem.solve(every, ones).inputs)
-    groups = (references[:, None] == np.unique(references[references >= 0])).astype(float)
+    heads = np.unique(references[references >= 0])
+    groups = (references[:, None] == heads).astype(float)
     fit = problem.solve(references == np.arange(n), ones)
     a = fit.theta[m:]
-    scales, covariance = np.log(a), fit.covariance[m:, m:] / np.outer(a, a)
+    scales = np.log(a)
+    covariance = fit.covariance[m:, m:] / np.outer(a, a)
     source = "" if body is None else f"a mass of {body.mass:g} kg"
     catalogue = catalogue_scales(robot, unit)
     if catalogue is not None:
@@ -349,7 +355,8 @@ def _with_catalogue(
     """
     free = covariance + _FREE * groups @ groups.T
     variance = CATALOGUE**2
-    gain = free @ np.linalg.inv(free + variance * np.eye(len(scales)))
+    both = free + variance * np.eye(len(scales))
+    gain = free @ np.linalg.inv(both)
     return scales + gain @ (catalogue - scales), variance * gain
 
 
@@ -382,7 +389,8 @@ def _problem(
     assert model.robot.payload is not None
     G = regrouping(model)[:p, link_columns(model, model.robot.payload)]
     counts = [len(log.kept) for log in every]
-    loaded = np.repeat([0.0] * len(logs) + [1.0] * len(carrying), counts)
+    loads = [0.0] * len(logs) + [1.0] * len(carrying)
+    loaded = np.repeat(loads, counts)
     of_load = loaded[:, None, None] * (rows.W @ G)
     known, unknown = of_load @ body.known, of_load @ body.free
     prior = np.zeros((6, p + unknown.shape[2] + n))
@@ -408,7 +416,8 @@ def _share_of_weight(
     at_rest = []
     for log in logs:
         q, qd, qdd, *base = (x[log.kept] for x in log.motion)
-        columns = torque_columns(evaluator, [q, 0 * qd, 0 * qdd, *base])
+        still = q, 0 * qd, 0 * qdd, *base
+        columns = torque_columns(evaluator, still)
         at_rest += list(columns[:, joints])
     rows = np.concatenate(at_rest)
     torque = rows @ X[: rows.shape[1]]
@@ -417,7 +426,8 @@ def _share_of_weight(
 
 def _slopes(problem: _Problem, fit: _Fit) -> FloatArray:
     """Return the derivative of X with respect to log a at a solution, (p, n)."""
-    m, R = problem.linear, problem.triangle(fit.inputs, slice(None))
+    m = problem.linear
+    R = problem.triangle(fit.inputs, slice(None))
     scale = column_norms(R[:, :m])
     response = np.linalg.lstsq(R[:, :m] / scale, -R[:, m:] * fit.theta[m:], rcond=SINGULAR)[0]
     return np.asarray((response / scale[:, None])[: problem.parameters])

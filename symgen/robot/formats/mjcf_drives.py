@@ -43,8 +43,9 @@ class JointDrive:
         pairs = {**kept, **_FIXED[self.kind]}
         for key, x in self.numbers.items():
             pairs[key] = f"{-x!r} {x!r}" if key.endswith("range") else repr(x)
-        line = "".join(f" {key}={quoteattr(value)}" for key, value in pairs.items())
-        return f"{_COMMENTS.get(self.kind, '')}<{self.kind}{line}/>"
+        words = [f"{key}={quoteattr(value)}" for key, value in pairs.items()]
+        line = " ".join([self.kind, *words])
+        return f"{_COMMENTS.get(self.kind, '')}<{line}/>"
 
 
 def drive_edits(root: Element, drives: Mapping[str, JointDrive]) -> Iterator[Edit]:
