@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from symgen.data.raw import Places
 from symgen.data.signals import (
     OPEN,
     TAIL,
-    end_of_cubic,
+    continuation,
     end_window,
     response,
 )
@@ -82,77 +83,34 @@ class Decimation:
             return np.concatenate([values(k, min(k + block_size, self.samples)) for k in blocks])
         kept = self.kept
         reach = min(math.ceil(TAIL / (self.cutoff * self.step)), self.samples - 1)
+        beyond = min(reach // self.stride, self.nodes - 1)  # nodes that extend an end
+        window = min(end_window(self.stride * self.step, self.cutoff), self.nodes)
+        near = max(beyond + 1, window)
         period = self.every // math.gcd(self.every, self.stride)
         # the next block has the same position among the kept samples
         block = period * max(1, block_size // period)
-        ends = _ends(self, reach)
-        smooth, total = np.zeros((len(kept), 0)), np.zeros(len(kept))
-        for rows, _, outside, _ in ends:
-            total[rows] += outside
-        for first in range(0, self.nodes, block):
-            last = min(first + block, self.nodes)
+        begin = block * -(-near // block)
+        edges = [0, *range(begin, self.nodes - near, block), self.nodes]
+        smooth, total = np.zeros((len(kept), 1)), np.zeros((len(kept), 1))
+        for first, last in pairwise(edges):
             block_values = values(first, last)
             flat = block_values.reshape(last - first, -1)
+            start = first
             if first == 0:
+                flat = np.concatenate([continuation(flat, beyond, window), flat])
+                start = -beyond
                 smooth = np.zeros((len(kept), flat.shape[1]))
-            begin, end = first * self.stride - reach, (last - 1) * self.stride + reach
-            reached = slice(*np.searchsorted(kept, [begin, end + 1]).tolist())
-            count = reached.stop - reached.start
-            if count:
-                offset = int(kept[reached.start]) - begin - reach
-                weights = _weights(self, reach, offset, count, last - first)
-                total[reached] += weights.sum(axis=1)
+            if last == self.nodes:
+                flat = np.concatenate([flat, continuation(flat[::-1], beyond, window)[::-1]])
+            low = start * self.stride - reach
+            high = (start + len(flat) - 1) * self.stride + reach
+            reached = slice(*np.searchsorted(kept, [low, high + 1]).tolist())
+            offsets = kept[reached] - start * self.stride
+            if len(offsets):
+                weights = _weights(self, reach, int(offsets[0]), len(offsets), len(flat))
                 smooth[reached] += weights @ flat
-            for rows, node, _, inside in ends:
-                near = inside[:, max(first - node, 0) : max(last - node, 0)]
-                start = max(node - first, 0)
-                smooth[rows] += near @ flat[start : start + near.shape[1]]
-        return (smooth / total[:, None]).reshape(len(kept), *block_values.shape[1:])
-
-
-@lru_cache(maxsize=16)
-def _ends(d: Decimation, reach: int) -> list[tuple[slice, int, FloatArray, FloatArray]]:
-    """Return for both ends the kept samples within reach, the first node, and the weights of
-    `_end`.
-    """
-    kept = d.kept
-    outside, inside = _end(d, reach, kept[kept <= reach])
-    away = (d.nodes - 1) * d.stride - kept[::-1]
-    beyond, last = _end(d, reach, away[away <= reach])
-    head = slice(len(inside)), 0, outside, inside
-    rows, node = slice(len(kept) - len(last), None), d.nodes - last.shape[1]
-    return [head, (rows, node, beyond[::-1], last[::-1, ::-1])]
-
-
-def _end(d: Decimation, reach: int, away: Places) -> tuple[FloatArray, FloatArray]:
-    """Return the weights of samples beyond an end of a log, by which `continuation` extends it.
-
-    Args:
-        d: the decimation, with a filter.
-        reach: samples on either side of a kept sample with a weight.
-        away: samples from the end to kept samples within reach, (K,).
-
-    Returns:
-        Their sums in the kept samples, (K,), and the weights of the last nodes of which they are
-        sums, from the end, (K, nodes).
-    """
-    assert d.cutoff is not None  # only called with a filter
-    beyond = min(reach // d.stride, d.nodes - 1)
-    window = min(end_window(d.stride * d.step, d.cutoff), d.nodes)
-    numbers = np.arange(1.0, beyond + 1)
-    outside = _impulse(d, reach, away[:, None] + d.stride * np.arange(1, beyond + 1))
-    inside = np.zeros((len(away), max(beyond + 1, window)))
-    inside[:, 1 : beyond + 1] = -outside
-    moments = outside @ np.column_stack([np.full(beyond, 2.0), numbers**2])
-    inside[:, :window] += moments @ end_of_cubic(window)
-    return outside.sum(axis=1), inside
-
-
-def _impulse(d: Decimation, reach: int, away: Places) -> FloatArray:
-    """Return the impulse response at distances in samples; 0 beyond the reach."""
-    assert d.cutoff is not None  # only called with a filter
-    weights = response(d.step, d.cutoff, reach)[reach:]
-    return np.where(away <= reach, weights[np.minimum(away, reach)], 0.0)
+                total[reached] += weights.sum(axis=1, keepdims=True)
+        return (smooth / total).reshape(len(kept), *block_values.shape[1:])
 
 
 @lru_cache(maxsize=64)
@@ -165,9 +123,11 @@ def _weights(d: Decimation, reach: int, offset: int, rows: int, nodes: int) -> F
         offset: samples from the first node to the first kept one.
         rows, nodes: number of kept samples and of nodes.
     """
+    assert d.cutoff is not None  # only called with a filter
     kept = offset + d.every * np.arange(rows)
     away = np.abs(kept[:, None] - d.stride * np.arange(nodes))
-    return _impulse(d, reach, away)
+    weights = response(d.step, d.cutoff, reach)[reach:]
+    return np.where(away <= reach, weights[np.minimum(away, reach)], 0.0)
 
 
 def decimation(samples: int, step: float, stride: int, cutoff: float) -> Decimation:
