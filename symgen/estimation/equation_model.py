@@ -14,10 +14,10 @@ from symgen.errors import IdentificationError
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.system import (
-    Frame,
+    Filling,
     Rows,
-    torque_frame,
-    window_frame,
+    torque_filling,
+    window_filling,
 )
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
@@ -89,20 +89,20 @@ class EquationModel:
         """Time in s that an equation reaches back."""
         return 0.0 if self.name == "torque" else self.window
 
-    def frame(self, log: FilteredLog) -> Frame:
+    def filling(self, log: FilteredLog) -> Filling:
         """Return the equations of one log without their columns."""
         if self.name == "torque":
-            return torque_frame(log)
-        return window_frame(log, self.name, self.window)
+            return torque_filling(log)
+        return window_filling(log, self.name, self.window)
 
-    def filled(self, evaluator: Evaluator, frame: Frame, some: slice = slice(None)) -> Rows:
-        """Return some of the equations of a log with their columns."""
+    def filled(self, evaluator: Evaluator, filling: Filling) -> Rows:
+        """Return the equations of a log with their columns."""
         at = None if self.at is None else np.array(self.at)
-        return frame.filled(evaluator, at, self.features, some)
+        return filling(evaluator, at, self.features)
 
     def equations(self, evaluator: Evaluator, log: FilteredLog) -> Rows:
         """Build the equations of one log."""
-        return self.filled(evaluator, self.frame(log))
+        return self.filled(evaluator, self.filling(log))
 
 
 def kernels_of(models: Iterable[EquationModel]) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ nodes. Only the rows that an estimator needs are kept, some tens a second.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -31,16 +31,8 @@ from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog, Nodes, spans_of
 from symgen.estimation.values import FloatArray
-from symgen.estimation.windows import (
-    Windows,
-    over_windows,
-    place_windows,
-    rates_only,
-    window_rows,
-)
+from symgen.estimation.windows import over_windows, place_windows, rates_only, window_rows
 from symgen.runtime.evaluator import Evaluator
-
-_AT_ONCE = 1 << 11  # equations of windows of a long log
 
 
 class Extent(NamedTuple):
@@ -202,57 +194,14 @@ def _momentum_terms(
     return momentum, slope, friction
 
 
-@dataclass(frozen=True, eq=False)
-class Frame:
-    """The equations of one log without their columns, and the motion that gives these.
-
-    Attributes:
-        rows: the equations; W has no columns.
-        nodes: the motion; only positions and speeds for windows.
-        windows: the windows of the log; None for torque equations.
-    """
-
-    rows: Rows
-    nodes: Nodes
-    windows: Windows | None = None
-
-    @property
-    def pieces(self) -> Iterator[slice]:
-        """The parts of the equations that memory should hold at once."""
-        count = len(self.rows.t)
-        most = count if self.windows is None else _AT_ONCE
-        return (slice(k, k + most) for k in range(0, count, most))
-
-    def filled(
-        self,
-        evaluator: Evaluator,
-        X: FloatArray | None = None,
-        features: Features | None = None,
-        some: slice = slice(None),
-    ) -> Rows:
-        """Return some of the equations with their columns, see `torque_equations`."""
-        F = None
-        if self.windows is None:
-            W = torque_rows(evaluator, self.nodes, X)[some]
-            F = None if features is None else features.in_band(self.nodes.modelled)[some]
-        else:
-            q, qd = self.nodes.motion
-            columns = _energy_terms if self.rows.energy else _momentum_terms
-            integrated = partial(window_rows, len(q), self.windows, self.nodes.rows.step, some)
-            W = integrated(lambda at: columns(evaluator, q[at], qd[at]))
-            if features is not None:
-                functions = features.powers if self.rows.energy else features.__call__
-                F = integrated(rates_only(lambda at: functions(q[at], qd[at])))
-        names = evaluator.model.base.names[: W.shape[2]]
-        y = self.rows.y[some]
-        extents = (Extent(len(y), self.rows.extents[0].correlation),)
-        t, weight = self.rows.t[some], self.rows.weight[some]
-        return Rows(names, W, y, t, weight, extents, self.rows.energy, features=F)
+#: Returns the equations of a log with their columns, see `torque_equations`: X is for the torque
+#: model only.
+Filling = Callable[[Evaluator, FloatArray | None, Features | None], Rows]
 
 
-def window_frame(log: FilteredLog, model: str, window: float) -> Frame:
+def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
     """Return the equations of one log in sliding windows, without their columns: one energy
-    equation, or one for each joint.
+    equation, or one for each joint. The log itself is not kept.
 
     Args:
         log: the log in the band of the run.
@@ -262,11 +211,13 @@ def window_frame(log: FilteredLog, model: str, window: float) -> Frame:
     Raises:
         IdentificationError: the window does not fit the log.
     """
-    w = place_windows(log, window)
+    w, step = place_windows(log, window), log.step
     first, last = w.spans(len(log.t))
+    t, (q, qd) = log.t[last], log.nodes(w.stride)
     energy = model == "energy"
+    columns = _energy_terms if energy else _momentum_terms
     signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
-    y = over_windows(signal, w, log.step)
+    y = over_windows(signal, w, step)
     weight = np.ones(y.shape)
     if log.at_rest is not None and not energy:
         weight *= log.rest_weight(~untouched(log.at_rest, first, last))
@@ -274,8 +225,17 @@ def window_frame(log: FilteredLog, model: str, window: float) -> Frame:
         masked = log.mask.robot[:, None] if energy else log.mask.joint
         weight *= untouched(masked, first, last)
     extents = (Extent(len(y), w.correlation),)
-    rows = Rows((), np.zeros((*y.shape, 0)), y, log.t[last], weight, extents, energy)
-    return Frame(rows, Nodes(log.rows, log.nodes(w.stride), None), w)
+
+    def filled(evaluator: Evaluator, _: FloatArray | None, features: Features | None) -> Rows:
+        integrated = partial(window_rows, len(q), w, step)
+        W, F = integrated(lambda at: columns(evaluator, q[at], qd[at])), None
+        if features is not None:
+            functions = features.powers if energy else features.__call__
+            F = integrated(rates_only(lambda at: functions(q[at], qd[at])))
+        names = evaluator.model.base.names
+        return Rows(names, W, y, t, weight, extents, energy, features=F)
+
+    return filled
 
 
 def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> FloatArray:
@@ -345,14 +305,22 @@ def torque_rows(evaluator: Evaluator, nodes: Nodes, X: FloatArray | None = None)
     return out.reshape(len(out), evaluator.model.robot.n, -1)
 
 
-def torque_frame(log: FilteredLog, measured: FloatArray | None = None) -> Frame:
-    """Return the torque equations of one log without their columns, see `torque_equations`."""
-    y = log.measured if measured is None else measured
+def torque_filling(log: FilteredLog, measured: FloatArray | None = None) -> Filling:
+    """Return the torque equations of one log without their columns, see `torque_equations`. The
+    log itself is not kept.
+    """
+    y, t, nodes = log.measured if measured is None else measured, log.compared_t, log.at_nodes()
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
     weight = log.rest_weight(log.resting) * log.free
     extents = (Extent(len(y), correlation),)
-    rows = Rows((), np.zeros((*y.shape, 0)), y, log.compared_t, weight, extents)
-    return Frame(rows, log.at_nodes())
+
+    def filled(evaluator: Evaluator, X: FloatArray | None, features: Features | None) -> Rows:
+        W = torque_rows(evaluator, nodes, X)
+        F = None if features is None else features.in_band(nodes.modelled)
+        names = evaluator.model.base.names[: W.shape[2]]
+        return Rows(names, W, y, t, weight, extents, features=F)
+
+    return filled
 
 
 def torque_equations(
@@ -370,4 +338,4 @@ def torque_equations(
         features: random functions of the state for the model misfit.
         measured: `log.measured`, (K, n), if already known from another cutoff.
     """
-    return torque_frame(log, measured).filled(evaluator, X, features)
+    return torque_filling(log, measured)(evaluator, X, features)

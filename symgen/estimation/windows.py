@@ -81,7 +81,7 @@ def windows(step: float, stride: int, window: float) -> Windows:
     return Windows(stride, nodes, max(1, round(nodes / _OVERLAP)))
 
 
-def window_rows(nodes: int, w: Windows, step: float, some: slice, terms: Terms) -> FloatArray:
+def window_rows(nodes: int, w: Windows, step: float, terms: Terms) -> FloatArray:
     """Return the changes of functions of a motion over windows, and integrals, (K, m, a + c).
 
         s(t2) - s(t1) - integral slope dt,    integral r dt
@@ -90,10 +90,9 @@ def window_rows(nodes: int, w: Windows, step: float, some: slice, terms: Terms) 
         nodes: number of nodes of a log.
         w: the windows of the log.
         step: sampling step, s.
-        some: which windows.
         terms: function from a span of nodes to s and slope (k, m, a) and r (k, m, c).
     """
-    last = np.arange(w.steps, nodes, w.hop)[some]
+    last = np.arange(w.steps, nodes, w.hop)
     count = max(1, max(_CHUNK, 2 * w.steps) // w.hop)
     parts = []
     for first in range(0, len(last), count):
@@ -117,7 +116,7 @@ def over_windows(x: FloatArray, w: Windows, step: float) -> FloatArray:
     """
     every = Windows(1, w.steps * w.stride, w.hop * w.stride)
     terms = rates_only(lambda at: x[at, :, None])
-    return window_rows(len(x), every, step, slice(None), terms)[:, :, 0]
+    return window_rows(len(x), every, step, terms)[:, :, 0]
 
 
 def rates_only(rates: Callable[[slice], FloatArray]) -> Terms:

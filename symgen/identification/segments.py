@@ -37,7 +37,7 @@ from symgen.estimation.solve import (
     log_weights,
 )
 from symgen.estimation.summary import Summary, merge_summaries, summaries
-from symgen.estimation.system import Frame, torque_at
+from symgen.estimation.system import Filling, torque_at
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault, merge_faults
@@ -80,13 +80,13 @@ class Reduced:
     """What equations and errors need of a filtered segment.
 
     Attributes:
-        frame: its equations without their columns.
+        filling: its equations without their columns.
         nodes: its motion, for the model's torque.
         measured: torque in the comparison band, (K, n).
         free, resting: as in `FilteredLog`, (K, n).
     """
 
-    frame: Frame
+    filling: Filling
     nodes: Nodes
     measured: FloatArray
     free: Bools
@@ -165,8 +165,8 @@ def _open(segment: Segment, folding: Folding) -> tuple[FilteredLog, tuple[Fault,
 def _reduced(segment: Segment, folding: Folding) -> tuple[Reduced, tuple[Fault, ...]]:
     """Open a segment and return what equations and errors need of it, and its repairs."""
     log, repairs = _open(segment, folding)
-    frame = folding.model.frame(log)
-    return Reduced(frame, log.at_nodes(), log.measured, log.free, log.resting), repairs
+    filling = folding.model.filling(log)
+    return Reduced(filling, log.at_nodes(), log.measured, log.free, log.resting), repairs
 
 
 def fold_equations(
@@ -176,10 +176,8 @@ def fold_equations(
     errors need if this process is to keep it.
     """
     reduced, repairs = _reduced(segment, folding)
-    filled = partial(folding.model.filled, folding.evaluator, reduced.frame)
-    pieces = [summaries(filled(some).parts) for some in reduced.frame.pieces]
-    merged = [merge_summaries(parts) for parts in zip(*pieces, strict=True)]
-    return merged, repairs, reduced if folding.keeps else None
+    rows = folding.model.filled(folding.evaluator, reduced.filling)
+    return summaries(rows.parts), repairs, reduced if folding.keeps else None
 
 
 #: (number of the log, joint) -> weight of the equations, and lag of the sums of scores in rows.
@@ -198,10 +196,9 @@ def fold_errors(
     meat = np.zeros((len(X), len(X)))
     if segment.rows.kind == "train" and weights is not None:
         model = replace(folding.model, features=None)  # scores need no features
-        pieces = [model.filled(evaluator, s.frame, some).parts for some in s.frame.pieces]
-        for j, parts in enumerate(zip(*pieces, strict=True)):
+        for j, e in enumerate(model.filled(evaluator, s.filling).parts):
             weight, lag = weights[segment.number, j]
-            meat += bartlett(np.concatenate([scores(e, X, weight) for e in parts]), lag)
+            meat += bartlett(scores(e, X, weight), lag)
     return meat, fit
 
 
@@ -275,10 +272,9 @@ def _summaries(
     room = _ROOM
     for segment, (joints, repairs, reduced) in zip(segments, folded, strict=True):
         mended += repairs
-        if reduced is not None and reduced.size > room:
-            reduced = None
-        room -= reduced.size if reduced is not None else 0
-        read.append(replace(segment, reduced=reduced))
+        if reduced is not None:
+            room -= reduced.size
+        read.append(replace(segment, reduced=reduced if room >= 0 else None))
         for j, s in enumerate(joints):
             key = segment.number, j
             before = [summed[key]] if key in summed else []

@@ -99,7 +99,7 @@ def test_equations_of_windows_see_the_integral_of_each_function(model: str) -> N
     functions = known if model == "momentum" else known.powers
     q, qd = log.nodes(w.stride)
     rates = rates_only(lambda nodes: functions(q[nodes], qd[nodes]))
-    rows = window_rows(len(q), w, log.step, slice(None), rates)
+    rows = window_rows(len(q), w, log.step, rates)
     values = functions(log.q, log.qd)
     for row, first, last in zip(rows, *w.spans(len(log.t)), strict=True):
         expected = simpson(values[first : last + 1], dx=log.step, axis=0)
