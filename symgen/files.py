@@ -376,15 +376,8 @@ def _environment(folder: str) -> jinja2.Environment:
     """Return the cached Jinja environment of a folder of templates."""
     import jinja2
 
-    source = templates() / folder
-    bytecode = None
-    if os.access(source, os.W_OK) and not sys.dont_write_bytecode:
-        compiled = source / "__pycache__"  # as Python keeps its modules
-        compiled.mkdir(exist_ok=True)
-        bytecode = jinja2.FileSystemBytecodeCache(str(compiled), "%s.pyc")
     return jinja2.Environment(
-        loader=jinja2.FileSystemLoader(source),
-        bytecode_cache=bytecode,
+        loader=jinja2.FileSystemLoader(templates() / folder),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
