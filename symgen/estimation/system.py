@@ -19,7 +19,7 @@ nodes. Only the rows that an estimator needs are kept, some tens a second.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -128,11 +128,13 @@ class Rows:
     @property
     def parts(self) -> list[Equations]:
         """The equations of each log and joint."""
-        out = []
-        joints = range(self.y.shape[1])
+        return list(self.each_part())
+
+    def each_part(self) -> Iterator[Equations]:
+        """Yield the equations of each log and joint, of which memory need not hold all."""
         for at, extent in zip(self.spans, self.extents, strict=True):
-            out += [self.part(at, j, extent.correlation) for j in joints]
-        return out
+            for j in range(self.y.shape[1]):
+                yield self.part(at, j, extent.correlation)
 
     def part(self, at: slice, j: int, correlation: int = 1) -> Equations:
         """Return the equations of one joint in a span of rows."""

@@ -177,7 +177,7 @@ def fold_equations(
     """
     reduced, repairs = _reduced(segment, folding)
     rows = folding.model.filled(folding.evaluator, reduced.filling)
-    return summaries(rows.parts), repairs, reduced if folding.keeps else None
+    return summaries(rows.each_part()), repairs, reduced if folding.keeps else None
 
 
 #: (number of the log, joint) -> weight of the equations, and lag of the sums of scores in rows.
@@ -196,7 +196,7 @@ def fold_errors(
     meat = np.zeros((len(X), len(X)))
     if segment.rows.kind == "train" and weights is not None:
         model = replace(folding.model, features=None)  # scores need no features
-        for j, e in enumerate(model.filled(evaluator, s.filling).parts):
+        for j, e in enumerate(model.filled(evaluator, s.filling).each_part()):
             weight, lag = weights[segment.number, j]
             meat += bartlett(scores(e, X, weight), lag)
     return meat, fit
