@@ -375,7 +375,9 @@ def _role(pattern: str) -> str | None:
     tokens = _tokens(split_unit(text)[0])
     if tokens & (_COMMANDS | _FOREIGN):
         return None
-    roles = [role for role, channel in CHANNELS.items() if tokens & channel.words]
+    roles = [
+        role for role, channel in CHANNELS.items() if tokens.intersection(channel.words.split())
+    ]
     return roles[0] if len(roles) == 1 else None
 
 
@@ -451,7 +453,7 @@ def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str
     unclear = [p for p in long_enough if _role(p) is None]
     pairs = []
     for role in roles:
-        words = [word for word in CHANNELS[role].words if len(word) > 2]
+        words = [word for word in CHANNELS[role].words.split() if len(word) > 2]
         fits = [p for p in measured if any(word in p.lower() for word in words)]
         for pattern in [*fits, *unclear][:1]:
             text, _ = split_unit(pattern)

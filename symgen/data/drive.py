@@ -49,14 +49,17 @@ def joint_side(log: Log, drive: Drive | None) -> Log:
     if log.q.shape[1] != n:
         refuse(f"the log has {log.q.shape[1]} joints, the robot has {n}", "the same")
     N = np.array(drive.ratio)
-    if drive.position_side == "motor" and not np.array_equal(N, np.eye(n)):
+    geared = not np.array_equal(N, np.eye(n))
+    if geared and drive.position_side == "motor":
         log = _positions_of_joints(log, N)
     if log.duty is not None:
         log = _of_duty(log, drive)
     elif log.current is not None and drive.torque_constant is not None:
         log = _of_currents(log, drive)
     elif log.tau is not None:
-        log = _of_torques(log, drive)
+        if geared and drive.torque_side == "motor":
+            note = "tau was mapped from the motor side to the joint side"
+            log = _with_input(log, log.tau @ N, note)
     elif log.qr is None and log.wrench is None:
         refuse("has currents alone", "torque_constant in [drive] of the robot file")
     if log.tau is not None and drive.gain is not None:
@@ -98,16 +101,7 @@ def _with_input(log: Log, tau: FloatArray, *notes: str) -> Log:
     return replace(log, tau=read_only(tau), notes=(*log.notes, *lines))
 
 
-def _of_torques(log: Log, drive: Drive) -> Log:
-    assert log.tau is not None
-    N = np.array(drive.ratio)
-    if drive.torque_side != "motor" or np.array_equal(N, np.eye(len(N))):
-        return log
-    return _with_input(log, log.tau @ N, "tau was mapped from the motor side to the joint side")
-
-
 def _of_currents(log: Log, drive: Drive) -> Log:
-    assert log.current is not None
     N = np.array(drive.ratio)
     tau = (log.current * np.array(drive.torque_constant)) @ N
     unused = ""
@@ -122,28 +116,22 @@ def _of_duty(log: Log, drive: Drive | None) -> Log:
     """Give a log with duty, or voltages of the drives, the input that acts on the joints as tau."""
     assert log.duty is not None
     u, notes = log.duty, list[str]()
-    log = replace(log, drive_unit=log.drive_unit or "duty")
     if log.drive_unit == "V" and drive is not None and drive.supply is not None:
         u = u / np.array(drive.supply)
-        log = replace(log, duty=read_only(u), supply=None, drive_unit="duty")
+        log = replace(log, supply=None, drive_unit="duty")
         notes.append("u1.. in V was divided by the supply of [drive]")
     if log.drive_unit == "duty":
-        u, limited = _available(log, u, drive)
-        notes += limited
-    tau = held(log.t, u)
-    step = float(np.median(np.diff(log.t)))
-    notes.append(
-        "tau is the input u1.. of the drives, which hold it until the next sample: on average it "
-        f"acts half a step, {500 * step:.3g} ms, after its stamp"
-    )
+        u = _available(log, u, drive)
+        if log.supply is not None:
+            notes.append("u1.. was multiplied by the recorded supply over that of [drive]")
     if drive is not None and drive.torque_side == "motor":
         N = np.array(drive.ratio)
         if not _one_each(N):
             what = "has the duty of motors that move several joints"
             refuse(what, "tau1.. or i1..; or duty of the joints and torque_side = 'joint'")
-        signs = np.sign(np.diag(N))
-        tau, u = tau * signs, u * signs
-    return replace(_with_input(log, tau, *notes), duty=read_only(u))
+        u = u * np.sign(np.diag(N))
+    notes.append("tau is the input u1.. of the drives, which hold it until the next sample")
+    return replace(_with_input(log, held(log.t, u), *notes), duty=read_only(u))
 
 
 def held(t: FloatArray, u: FloatArray) -> FloatArray:
@@ -166,24 +154,19 @@ def held(t: FloatArray, u: FloatArray) -> FloatArray:
     return np.asarray(CubicSpline(t, mean)(at))
 
 
-def _available(log: Log, u: FloatArray, drive: Drive | None) -> tuple[FloatArray, list[str]]:
-    """Return duty (N, n) within its limits, scaled by the recorded supply over the nominal one."""
-    notes = []
+def _available(log: Log, u: FloatArray, drive: Drive | None) -> FloatArray:
+    """Return duty (N, n) within its limits, scaled by the recorded supply over the nominal one.
+
+    Raises:
+        LogError: the nominal supply is unknown.
+    """
     limit = np.array((drive and drive.limit) or 1.0)
-    at_limit = np.abs(u) >= limit
     u = np.clip(u, -limit, limit)
-    if at_limit.any():
-        shares = 100 * at_limit.mean(axis=0)
-        texts = (f"u{j} {share:.3g} %" for j, share in enumerate(shares, 1))
-        notes.append(f"samples at the limit of the duty: {', '.join(texts)}")
-    if log.supply is not None:
-        known = drive and drive.supply
-        nominal = np.array(known or log.supply.mean(axis=0))
-        factor = log.supply / nominal
-        u = u * np.nan_to_num(factor, nan=1.0)
-        source = "that of [drive]" if known else "its mean"
-        notes.append(f"u1.. was multiplied by the recorded supply over {source}")
-    return u, notes
+    if log.supply is None:
+        return u
+    if drive is None or drive.supply is None:
+        refuse("has duty and the voltage of its supply", "supply in [drive], the nominal one, V")
+    return u * log.supply / drive.supply
 
 
 def torque_of_command(servo: Servo, drive: Drive | None) -> FloatArray:
@@ -240,15 +223,14 @@ def with_servo_torques(log: Log, servo: Servo | None, drive: Drive | None = None
 
     command = kp * log.qr + kd * speed(log.qr, log.qdr)
     feedback = kp * log.q + kd * speed(log.q, log.qd)
-    by = "" if servo.unit == "N m" else f", in {servo.unit}"
-    notes = [f"tau is that of the gains of [controller]{by}, kp (qr - q) + kd (qdr - qd)"]
+    note = f"tau is that of the gains of [controller] in {servo.unit}, kp (qr - q) + kd (qdr - qd)"
     if servo.unit == "duty":
         command = held(log.t, command)
-        tau, limited = _available(log, command - feedback, drive)
-        log, notes = replace(log, drive_unit="duty"), notes + limited
+        log = replace(log, drive_unit="duty")
+        tau = _available(log, command - feedback, drive)
     else:
         tau = command - feedback
-    return replace(_with_input(log, tau, *notes), command=read_only(command))
+    return replace(_with_input(log, tau, note), command=read_only(command))
 
 
 def motor_side(log: Log, drive: Drive) -> Log:

@@ -213,7 +213,7 @@ def make_log(
             m/s2, and angular velocity, rad/s; or None.
         duty: (N, n) input of the drives; or None.
         duty_unit: its unit, "duty" for -1 to 1 or "V".
-        supply: (N,) or (N, n) voltage of the supply, V; or None.
+        supply: (N,) voltage of the supply, V; or None.
         wrench: (N, 6) force, N, and moment, N m, that the arm exerts on its tool, in the frame of
             [sensor]; or None.
 
@@ -309,7 +309,7 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
         refuse("has neither torques nor currents nor duty", KEYS)
     _require_finite("t", t[:, None], t, raw.names)
     span, notes = _used(name, t, wanted.reading)
-    arrays = {}
+    arrays: dict[str, Any] = {}
     for role, x in raw.arrays.items():
         column = read_only(x if x.ndim == 2 else x[:, None])
         arrays[role] = read_only(column[span]) if notes else column
@@ -332,16 +332,7 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     for role in arrays.keys() & VECTORS.keys():
         columns = {f"{role}{k}": name for k, name in enumerate(VECTORS[role], 1)}
         _require_finite(role, arrays[role], t, columns)
-    if "supply" in arrays:
-        if part and (wanted.drive is None or wanted.drive.supply is None):
-            refuse("a long log with a supply has several means", "supply in [drive], V")
-        supply = arrays["supply"]
-        of_all = supply[:, :1]  # a single column is that of all joints
-        supply = np.where(np.isnan(supply), of_all, supply)
-        arrays["supply"] = read_only(np.broadcast_to(supply, arrays["q"].shape))
-    channels: dict[str, Any] = {}
-    for role, channel in CHANNELS.items():
-        channels[channel.key] = arrays.get(role)
+    channels: dict[str, Any] = {channel.key: arrays.get(role) for role, channel in CHANNELS.items()}
     log = Log(
         name, t, **channels, ignored=raw.ignored, notes=(*raw.notes, *notes),
         missing=missing if missing.any() else None,
@@ -421,22 +412,21 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
 
 def _require_duty(log: Log, wanted: Wanted) -> None:
     """Refuse duty beyond -1 to 1, and voltages beyond the supply."""
-    if log.duty is None:
+    volts = log.drive_unit == "V"
+    supply = wanted.drive and wanted.drive.supply
+    if log.duty is None or (volts and not supply):
         return
-    j = int(np.argmax(np.abs(log.duty).max(axis=0)))
-    largest = float(np.abs(log.duty[:, j]).max())
-    supply = None if wanted.drive is None else wanted.drive.supply
-    if log.drive_unit == "V":
-        if supply is not None and largest > _OVER * supply[j]:
-            what = f"u{j + 1} is up to {largest:.4g} V, and the supply of [drive]"
-            refuse(
-                f"{what} {supply[j]:g} V",
-                "the supply of this log in [drive], or --unit u=% for duty",
-            )
-    elif largest > _OVER:
-        unit = "%" if largest <= 100 * _OVER else "0.1%"
-        what = f"u{j + 1} is up to {largest:.4g}, and duty lies in -1 to 1"
-        refuse(what, f"--unit u={unit}, or --unit u=V for volts")
+    largest = np.abs(log.duty).max(axis=0)
+    bounds = np.array(supply if volts else 1.0) + 0 * largest
+    j = int(np.argmax(largest / bounds))
+    if largest[j] <= _OVER * bounds[j]:
+        return
+    what = f"u{j + 1} is up to {largest[j]:.4g}"
+    if volts:
+        how = "the supply of this log in [drive], or --unit u=% for duty"
+        refuse(f"{what} V, and the supply of [drive] {bounds[j]:g} V", how)
+    unit = "%" if largest[j] <= 100 * _OVER else "0.1%"
+    refuse(f"{what}, and duty lies in -1 to 1", f"--unit u={unit}, or --unit u=V for volts")
 
 
 def _filled(

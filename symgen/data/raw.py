@@ -34,22 +34,17 @@ class Channel:
         key: its name in `Log`.
         quantities: what it measures at a revolute joint, and at a prismatic one; or in each of its
             own columns; empty if it has SI units in every file.
-        missing: its place in `Log.missing`; None if only some joints may have it, without gaps.
+        missing: its place in `Log.missing`, 2 if the torques of a log follow from it; None if only
+            some joints may have it, without gaps.
         words: words for it in the column names of recorders; empty if the user has to name it.
-        torque: whether the torques of a log follow from it.
         columns: names of its own columns, without gaps; empty if it has one for each joint.
     """
 
     key: str
     quantities: tuple[str, ...]
     missing: int | None = None
-    words: frozenset[str] = frozenset()
-    torque: bool = False
+    words: str = ""
     columns: tuple[str, ...] = ()
-
-
-def _words(text: str) -> frozenset[str]:
-    return frozenset(text.split())
 
 
 #: Columns of the motion of the base in its axes: specific force, m/s2, and angular velocity, rad/s.
@@ -59,25 +54,23 @@ IMU = ("fx", "fy", "fz", "wx", "wy", "wz")
 WRENCH = ("wfx", "wfy", "wfz", "wnx", "wny", "wnz")
 _MOTION = ("angle", "length")
 _SPEED = ("rate", "speed")
-_EFFORT = _words("tau torque torques trq effort efforts eff")
-_DUTY = _words("duty pwm")
 _FORCES = (*["force"] * 3, *["torque"] * 3)
 #: Role, which begins the names of columns of joints (q1, q2, ..) -> channel.
 CHANNELS = {
-    "q": Channel("q", _MOTION, 0, _words("q pos position positions angle")),
-    "qd": Channel("qd", _SPEED, 1, _words("qd dq vel velocity velocities speed")),
-    "tau": Channel("tau", ("torque", "force"), 2, _EFFORT, torque=True),
-    "i": Channel("current", ("current", "current"), 2, _words("i current currents"), torque=True),
-    "u": Channel("duty", ("duty", "duty"), 2, _DUTY, torque=True),
+    "q": Channel("q", _MOTION, 0, "q pos position positions angle"),
+    "qd": Channel("qd", _SPEED, 1, "qd dq vel velocity velocities speed"),
+    "tau": Channel("tau", ("torque", "force"), 2, "tau torque torques trq effort efforts eff"),
+    "i": Channel("current", ("current", "current"), 2, "i current currents"),
+    "u": Channel("duty", ("duty", "duty"), 2, "duty pwm"),
     "qs": Channel("qs", _MOTION),
     "qr": Channel("qr", _MOTION),
     "qdr": Channel("qdr", _SPEED),
-    "supply": Channel("supply", ("voltage", "voltage")),
+    "supply": Channel("supply", ("voltage",), columns=("supply",)),
     "imu": Channel("imu", (), columns=IMU),
     "wrench": Channel("wrench", _FORCES, columns=WRENCH),
 }
 #: Channels of which each gives the torques of a log, and those of which a log has at least one.
-TORQUES = frozenset(role for role, channel in CHANNELS.items() if channel.torque)
+TORQUES = frozenset(role for role, channel in CHANNELS.items() if channel.missing == 2)
 DRIVING = TORQUES | {"qr", "wrench"}
 #: Channels with columns of their own, and the names of these.
 VECTORS = {role: channel.columns for role, channel in CHANNELS.items() if channel.columns}
@@ -86,10 +79,8 @@ BESIDE = tuple(role for role, x in CHANNELS.items() if x.missing is None and not
 #: Column names with the number of a joint, or of an own column: q1.., qd1.., tau1.., wrench1.., ...
 NUMBERED = re.compile(rf"({'|'.join(sorted(CHANNELS, reverse=True))})(0|[1-9][0-9]*)")
 ROLES = ("t", *CHANNELS)
-#: Roles whose single column may be that of all joints.
-SHARED = ("supply",)
 #: Column names without the number of a joint -> role, and number among its columns.
-NAMED = {role: (role, 1) for role in ("t", *SHARED)}
+NAMED = {"t": ("t", 1)}
 for _role, _columns in VECTORS.items():
     NAMED |= {name: (_role, k) for k, name in enumerate(_columns, 1)}
 #: Accepted columns of a table, and arrays of an NPZ.
@@ -363,7 +354,7 @@ class Log:
         converted: as in `Raw`.
         imu: (N, 6) motion of the base as in IMU, or None.
         duty: (N, n) recorded duty of the drives, -1 to 1, or their voltage in V; or None.
-        supply: (N, n) recorded voltage of the supply, V, NaN for joints without it; or None.
+        supply: (N, 1) recorded voltage of the supply, V; or None.
         drive_unit: unit of tau if it is the input of the drives, "duty" or "V"; "" for torques in
             N m. Before `joint_side`, it is the unit of duty.
         wrench: (N, 6) wrench on the tool as in WRENCH, or None.
@@ -415,7 +406,7 @@ def require_shapes(arrays: Mapping[str, Any]) -> None:
         if columns := VECTORS.get(role):
             if count != len(columns):
                 refuse(f"columns of {role}: {count}", f"{len(columns)}: {', '.join(columns)}")
-        elif count != counts["q"] and not (role in SHARED and count == 1):
+        elif count != counts["q"]:
             what = f"columns of q: {counts['q']}, of {role}: {count}"
             refuse(what, "as many of q and tau, and of what else there is")
 

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from symgen.data.raw import (
     ANGLES,
     CHANNELS,
-    SHARED,
     TIME_UNITS,
     TORQUES,
     Raw,
@@ -27,6 +26,7 @@ from symgen.data.raw import (
     Wanted,
     option_for,
     refuse,
+    role_of,
 )
 from symgen.names import PRISMATIC
 
@@ -109,7 +109,8 @@ def _roughness(x: NDArray[Any]) -> float:
     return float(np.sum(np.diff(x) ** 2))
 
 
-#: Quantity, unit, size in the SI unit, and written forms, in lower case without blanks.
+#: Quantity, unit, size in the SI unit, and written forms, in lower case without blanks. The first
+#: unit of a quantity is its SI unit.
 _TABLE = f"""
 time  s     1     s sec secs second seconds
 time  ms    1e-3  ms msec millis milliseconds
@@ -143,12 +144,14 @@ duty  mV    1e-3  mv
 voltage V   1     v volt volts
 voltage mV  1e-3  mv
 """
-#: Written form -> units; and units of time.
+#: Written form -> units; units of time; and quantity -> its SI unit.
 _WRITTEN: dict[str, list[Unit]] = {}
 _TIME: list[Unit] = []
+_SI: dict[str, str] = {}
 for _line in _TABLE.strip().splitlines():
     _quantity, _name, _size, *_forms = _line.split()
     _unit = Unit(_name, _quantity, float(_size))
+    _SI.setdefault(_quantity, _name)
     for _form in _forms:
         _WRITTEN.setdefault(_form, []).append(_unit)
     if _quantity == "time":
@@ -166,8 +169,6 @@ _SIGN = re.compile("sign([1-9]|[1-5][0-9])(?::(.+))?")
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\[\](){}<>]*?)\s*[\])>}]\s*()")
 _BARE = "|".join(map(re.escape, sorted(set(_WRITTEN) - _BRACKETED)))
 _SUFFIX = re.compile(rf"(.*?[a-z0-9*])[\s_.-]+({_BARE})([\s_]*[0-9]+)?", re.IGNORECASE)
-_SI = {"angle": "rad", "rate": "rad/s", "length": "m", "speed": "m/s", "torque": "Nm"}
-_SI |= {"force": "N", "current": "A", "duty": "duty", "voltage": "V"}
 
 
 def unit_of(text: str, quantity: str) -> Unit | None:
@@ -377,11 +378,12 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
     Raises:
         LogError: a unit is unknown, an option has no column, or the rate contradicts a header.
     """
-    measured = {role for role, channel in CHANNELS.items() if channel.quantities}
-    arrays = {role: x for role, x in raw.arrays.items() if role in measured}
+    arrays = {
+        role: x for role, x in raw.arrays.items() if role != "t" and CHANNELS[role].quantities
+    }
     widths = {role: (*x.shape, 1)[1] for role, x in arrays.items()}
     for column in filter(None, wanted.reading.unit):
-        if re.sub("[0-9]+", "", column) not in widths:
+        if role_of(column) not in widths:
             refuse(f"--unit {column}=..: there is no such column", ", ".join(widths))
     time = _time(raw, wanted.reading)
     found: list[tuple[str, tuple[Unit, ...]]] = []
@@ -433,8 +435,7 @@ def _units_of_joints(
     common = odd.pop() if len(odd) == 1 else ""
     out = []
     channel = CHANNELS[role]
-    of_none = channel.columns or (role in SHARED and len(columns) == 1)
-    kept = [*range(len(columns))] if of_none else wanted.kept(len(columns))
+    kept = [*range(len(columns))] if channel.columns else wanted.kept(len(columns))
     types = dict(zip(kept, wanted.sigma, strict=False))
     for j, column in enumerate(columns):
         quantity = channel.quantities[j if channel.columns else types.get(j) == PRISMATIC]
