@@ -39,8 +39,8 @@ from symgen.errors import plain
 #: Start of the command that fixes joints; the command line inserts the file name.
 IMPORT = "symgen import FILE "
 _SECONDS = {"s", "sec", "secs", "seconds", "header"}
-#: Words for a duty in names of columns that the user takes for torques; and a word that servos use.
-_NO_TORQUE, _MAYBE_DUTY = {"duty", "pwm"}, "load"
+#: Words for a duty in names of columns that the user takes for torques.
+_DUTIES = {"duty", "pwm", "load"}
 #: Words for commanded quantities, which were not measured.
 _COMMANDS = set(
     "d des desired target command commanded cmd reference ref goal setpoint error action".split()
@@ -190,26 +190,19 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
         if (count := names.count(name)) > 1:
             what = f"the column {_shown(name)} occurs {count} times"
             refuse(what, f"each column once, or {NO_HEADER}")
-    notes += _duty_as_torque([*columns.get("tau", {}).values()], wanted)
+    _require_torques([*columns.get("tau", {}).values()], wanted)
     groups: Groups = {}
     for role, have in columns.items():
         groups[role] = {j: names.index(name) for j, name in have.items()}
     return groups, tuple(f"{file}: {note}" for note in notes)
 
 
-def _duty_as_torque(names: Sequence[str], wanted: Wanted) -> list[str]:
-    """Refuse torques with the name of a duty; return a note on those that may be a duty."""
-    words = _tokens(" ".join(names)) & (_NO_TORQUE | {_MAYBE_DUTY})
-    if not words or "tau" in roles_with_unit(wanted.reading):
-        return []
-    option = option_for("u", names)
-    if words & _NO_TORQUE:
-        what = f"{_shown(names[0])} is a duty by its name, and no torque"
-        refuse(what, f"{option}, or --unit tau=Nm")
-    if split_unit(names[0])[1]:
-        return []
-    text = f"{names[0]} has no unit, and the load that servos report is their duty"
-    return [f"{text}: {option} --unit u=% reads it so"]
+def _require_torques(names: Sequence[str], wanted: Wanted) -> None:
+    """Refuse torques with the name of a duty, or of the load of a servo, and without a unit."""
+    no_torque = _DUTIES & _tokens(" ".join(names))
+    if no_torque and "tau" not in roles_with_unit(wanted.reading) and not split_unit(names[0])[1]:
+        what = f"{_shown(names[0])} is the duty of a servo by its name, and has no unit"
+        refuse(what, f"{option_for('u', names)} --unit u=%, or --unit tau=Nm")
 
 
 def _place(column: str) -> tuple[str, int] | None:
@@ -457,8 +450,7 @@ def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str
         fits = [p for p in measured if any(word in p.lower() for word in words)]
         for pattern in [*fits, *unclear][:1]:
             text, _ = split_unit(pattern)
-            may_be = role == "tau" and _MAYBE_DUTY in _tokens(text)
-            pairs.append(f"{'u' if may_be else role}={_shown(text)}")
+            pairs.append(f"{role}={_shown(text)}")
     return f'--columns "{",".join(pairs)}"' if pairs else ""
 
 

@@ -24,7 +24,6 @@ from symgen.data.raw import (
     Raw,
     Reading,
     Wanted,
-    option_for,
     refuse,
     role_of,
 )
@@ -459,22 +458,22 @@ def _units_of_joints(
                 what = f"column {column!r}: {text!r} is no unit of {quantity}"
                 refuse(what, f"{_accepted(quantity)}, or --unit {role}={_SI[quantity]}")
         if unit.name.endswith("%") and quantity != "duty":
-            rated = _rated(wanted, columns)[kept.index(j)]
+            rated = _rated(wanted, column)[kept.index(j)]
             unit = replace(unit, size=unit.size * rated)
         out.append((unit, source))
     return out
 
 
-def _rated(wanted: Wanted, columns: Sequence[str]) -> Sequence[float]:
+def _rated(wanted: Wanted, column: str) -> Sequence[float]:
     """Return the torques of 100 %.
 
     Raises:
         LogError: they are unknown.
     """
     if wanted.drive is None or wanted.drive.rated is None:
-        what = f"column {columns[0]!r} is in % of the rated torque, which is unknown"
+        what = f"column {column!r} is in % of the rated torque, which is unknown"
         rated = "rated = [..] in [drive] of the robot file, in N m (N) on the side of tau"
-        refuse(what, f"{rated}; or {option_for('u', columns)} for the duty of servos")
+        refuse(what, f"{rated}; or --columns u1=.. for the duty of servos")
     return wanted.drive.rated
 
 

@@ -117,12 +117,12 @@ def test_empty_cells_of_duty_are_missing_data(tmp_path):
         ("u*", TENTHS, {}, "", "accepted: --unit u=0.1%"),
         ("u*", np.abs(SENT), {}, "", "sign is in bit 10; accepted: --unit u=sign10:0.1%"),
         ("u* [V]", 15 * DUTY, {}, SUPPLY, r"up to 13.5 V, and the supply of \[drive\] 12 V"),
-        ("present_load_*", DUTY, {}, "", 'or --columns "u=present_load_'),
         (
             "present_load_* [%]", DUTY, {"columns": "tau=present_load_*"}, "",
-            r'or --columns "u1=present_load_1 \[%\],u2=present_load_2 \[%\]" for the duty',
+            "or --columns u1=.. for the duty of servos",
         ),
-        ("pwm_*", DUTY, {"columns": "tau=pwm_*"}, "", '--columns "u1=pwm_1,u2=pwm_2"'),
+        ("pwm_*", DUTY, {"columns": "tau=pwm_*"}, "", '--columns "u1=pwm_1,u2=pwm_2" --unit u=%'),
+        ("load_*", DUTY, {"columns": "tau=load_*"}, "", "is the duty of a servo by its name"),
     ],
 )  # fmt: skip
 def test_what_is_no_duty_or_no_torque_is_refused(tmp_path, names, values, options, drive, says):
@@ -140,13 +140,10 @@ def test_of_duty_and_torques_the_user_names_one(tmp_path):
     np.testing.assert_allclose(opened(path, columns="u=u*").duty, DUTY)
 
 
-def test_a_load_without_a_unit_may_be_a_duty(tmp_path):
+def test_a_load_with_the_unit_of_torques_is_a_torque(tmp_path):
     path = table(tmp_path / "log.csv", "load_*", 40 * DUTY)
-    log = opened(path, columns="tau=load_*")
-    assert any("--unit u=% reads it so" in note for note in log.notes)
-    assert not any(
-        "--unit" in n for n in opened(path, columns="tau=load_*", unit={"tau": "Nm"}).notes
-    )
+    log = opened(path, columns="tau=load_*", unit={"tau": "Nm"})
+    np.testing.assert_allclose(log.tau, 40 * DUTY, atol=1e-12)
 
 
 def test_the_hold_of_the_duty_is_no_inertia():
