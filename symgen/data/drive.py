@@ -242,19 +242,19 @@ def motor_side(log: Log, drive: Drive) -> Log:
         log: log on the joint side, with tau.
         drive: gears and motors of the robot.
     """
+    assert log.tau is not None
     N, tau = np.array(drive.ratio), log.tau
     if drive.position_side == "motor":
         qd = None if log.qd is None else read_only(log.qd @ N.T)
         log = replace(log, q=read_only(log.q @ N.T), qd=qd)
-    if tau is not None and drive.gain is not None:
+    if drive.gain is not None:
         tau = tau / drive.gain
-    if tau is not None and (drive.torque_constant is not None or drive.torque_side == "motor"):
+    if drive.torque_constant is not None or drive.torque_side == "motor":
         tau = np.linalg.solve(N.T, tau.T).T
-    if tau is not None and drive.torque_constant is not None:
+    if drive.torque_constant is not None:
         current = read_only(tau / drive.torque_constant)
         return replace(log, tau=None, current=current, mapped=False)
-    tau = None if tau is None else read_only(tau)
-    return replace(log, tau=tau, current=None, mapped=False)
+    return replace(log, tau=read_only(tau), current=None, mapped=False)
 
 
 def _difference(logged: FloatArray, tau: FloatArray) -> str:

@@ -43,7 +43,7 @@ from symgen.data.raw import (
 from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
 from symgen.data.tables import SUFFIXES, TEXTS, names_of, open_table
-from symgen.data.units import Converted, converted, split_unit
+from symgen.data.units import Converted, split_unit, units_of
 from symgen.errors import located, plain
 from symgen.names import PRISMATIC
 
@@ -127,7 +127,8 @@ def read_wanted(path: str | Path, wanted: Wanted) -> Log:
                 if reading.time_unit or roles_with_unit(reading) - TORQUES:
                     what = "--unit and --time-unit: positions, speeds and stamps of messages are "
                     refuse(f"{what}in rad, rad/s and s", "--unit of tau, i or u")
-                raw = converted(read_bag(path, wanted), wanted)
+                messages = read_bag(path, wanted)
+                raw = units_of(messages, wanted).of(messages)
             elif path.suffix.lower() not in (*SUFFIXES, *TEXTS):
                 how = _CONVERTED.get(path.suffix.lower(), _FILES)
                 refuse(f"the extension {path.suffix!r} is not known", how)

@@ -176,15 +176,11 @@ class ColumnTable:
                 break
         if row < last:
             refuse(f"ends before row {last}", "a file that does not change")
-        arrays = {role: self.units.si(role, x) for role, x in arrays.items()}
-        arrays["t"] = self.units.seconds(np.concatenate(stamps or [np.zeros(0)]))
-        for x in arrays.values():
-            x.setflags(write=False)
+        arrays["t"] = np.concatenate(stamps or [np.zeros(0)])
         header = dict(enumerate(self.header))
         names = {column: header.pop(k) for k, column in columns.items()}
         ignored = tuple(header.values())
-        units = self.units
-        return Raw(arrays, ignored, self.notes, names, units.conversions, units.drive_unit)
+        return self.units.of(Raw(arrays, ignored, self.notes, names))
 
 
 def _columns(groups: Groups) -> dict[int, str]:
@@ -394,10 +390,7 @@ class Arrays:
         arrays = {role: np.array(x[first:last]) for role, x in self.arrays.items()}
         for x in self.arrays.values():
             _forget(x)
-        arrays = {role: self.units.si(role, x) for role, x in arrays.items()}
-        arrays["t"] = self.units.seconds(arrays["t"])
-        units = self.units
-        return Raw(arrays, self.ignored, converted=units.conversions, drive_unit=units.drive_unit)
+        return self.units.of(Raw(arrays, self.ignored))
 
 
 def _forget(x: Any) -> None:

@@ -349,8 +349,15 @@ class Units:
         out = np.array(x, dtype=np.float64)
         for unit, column in zip(units, out.T if x.ndim == 2 else [out], strict=True):
             column[:] = unit.si(column)
-        out.setflags(write=False)
         return out
+
+    def of(self, raw: Raw) -> Raw:
+        """Return the content of a file with read-only arrays in SI units; its times are in s."""
+        arrays = {role: self.si(role, x) for role, x in raw.arrays.items()}
+        arrays["t"] = self.seconds(raw.arrays["t"])
+        for x in arrays.values():
+            x.setflags(write=False)
+        return replace(raw, arrays=arrays, converted=self.conversions, drive_unit=self.drive_unit)
 
 
 #: Units of a file in SI.
@@ -416,13 +423,6 @@ def _drive_unit(units: Sequence[Unit]) -> str:
     if len(volts) > 1:
         refuse("u is duty for some joints and volts for others", "one of both: --unit u=V, or u=%")
     return "V" if True in volts else "duty"
-
-
-def converted(raw: Raw, wanted: Wanted) -> Raw:
-    """Return the complete content of a file in SI units; its times are in s."""
-    units = units_of(raw, wanted)
-    arrays = {role: units.si(role, x) for role, x in raw.arrays.items()}
-    return replace(raw, arrays=arrays, converted=units.conversions, drive_unit=units.drive_unit)
 
 
 def _units_of_joints(
