@@ -15,11 +15,11 @@ from typing import Any
 from symgen.data.columns import by_name, joints_of_file
 from symgen.data.raw import TORQUES, Wanted, readable, refuse, role_of, roles_with_unit
 
-#: Column of the times of the frames, and the columns that it needs.
-CLOCK, FRAMES = "index/fps", ("index", "episode_index")
+#: Column of the times of the frames, the columns that it needs, and that of the positions.
+CLOCK, FRAMES, STATE = "index/fps", ("index", "episode_index"), "observation.state"
 #: Pause between two episodes of a file, s: a gap in time.
 PAUSE = 1.0
-STATE, _ACTION, _EFFORT = "observation.state", "action", "observation.effort"
+_ACTION, _EFFORT = "action", "observation.effort"
 
 
 def data_set_of(path: Path) -> Path | None:
@@ -62,8 +62,7 @@ def in_data_set(folder: Path, elements: Collection[str], wanted: Wanted) -> tupl
     with readable("meta/info.json cannot be read", "that of a LeRobot data set"):
         info = json.loads((folder / "meta/info.json").read_text("utf-8"))
         rate = float(info["fps"])
-        if {*FRAMES} <= {*elements}:
-            pairs.setdefault("t", CLOCK)
+        pairs.setdefault("t", CLOCK)
         for role, column in lists.items():
             if role not in named and f"{column}[0]" in elements:
                 places = _places(info["features"][column], wanted)

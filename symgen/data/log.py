@@ -190,7 +190,6 @@ def make_log(
     qdr: npt.ArrayLike | None = None,
     imu: npt.ArrayLike | None = None,
     duty: npt.ArrayLike | None = None,
-    duty_unit: str = "duty",
     supply: npt.ArrayLike | None = None,
     wrench: npt.ArrayLike | None = None,
 ) -> Log:
@@ -212,8 +211,7 @@ def make_log(
         qdr: (N, n) reference speeds of the controller in rad/s (m/s), or None.
         imu: (N, 6) motion of a base that moves, in its axes: specific force a - g of its origin,
             m/s2, and angular velocity, rad/s; or None.
-        duty: (N, n) input of the drives; or None.
-        duty_unit: its unit, "duty" for -1 to 1 or "V".
+        duty: (N, n) input of the drives, -1 to 1; or None.
         supply: (N,) voltage of the supply, V; or None.
         wrench: (N, 6) force, N, and moment, N m, that the arm exerts on its tool, in the frame of
             [sensor]; or None.
@@ -232,7 +230,7 @@ def make_log(
         except ValueError as error:
             refuse(str(error), KEYS)
         wanted = Wanted(Reading(), drive, (), n, tuple(sigma or ()))
-        return checked_log(name, Raw(plain_arrays, drive_unit=duty_unit), wanted)
+        return checked_log(name, Raw(plain_arrays), wanted)
 
 
 def cut(log: Log, start: float | None, until: float | None) -> Log:
@@ -331,8 +329,7 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
             missing[:, :, k] |= empty
     missing.setflags(write=False)
     for role in arrays.keys() & VECTORS.keys():
-        columns = {f"{role}{k}": name for k, name in enumerate(VECTORS[role], 1)}
-        _require_finite(role, arrays[role], t, columns)
+        _require_finite(role, arrays[role], t, raw.names)
     channels: dict[str, Any] = {channel.key: arrays.get(role) for role, channel in CHANNELS.items()}
     log = Log(
         name, t, **channels, ignored=raw.ignored, notes=(*raw.notes, *notes),

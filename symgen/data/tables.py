@@ -240,7 +240,7 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
     empty = pa.RecordBatch.from_pylist([], schema)
     elements = _elements(file)
     data_set = None if is_remote(name) else data_set_of(Path(name))
-    if data_set is not None and f"{STATE}[0]" in elements:
+    if data_set is not None and elements.keys() >= {f"{STATE}[0]", *FRAMES}:
         wanted, rate = in_data_set(data_set, elements, wanted)
         elements[CLOCK] = _Element(FRAMES, partial(_times, rate=rate))
     header, sources = [*elements], [*elements.values()]
@@ -483,7 +483,7 @@ def rows_of(name: str) -> int:
     import pyarrow.parquet as pq
 
     try:
-        if is_parquet(name):
+        if name.lower().endswith(".parquet"):
             return int(pq.read_metadata(name).num_rows)
         if name.lower().endswith(".npz"):
             return _rows_of_npz(name)
@@ -509,11 +509,6 @@ def _rows_of_npz(name: str) -> int:
 def has_segments(name: str) -> bool:
     """Return whether rows of a file are read alone: of Parquet and NPZ."""
     return name.lower().endswith((".parquet", ".npz"))
-
-
-def is_parquet(name: str) -> bool:
-    """Return whether a file is Parquet."""
-    return name.lower().endswith(".parquet")
 
 
 # Motions, or torques, without the other columns of a log.

@@ -75,16 +75,13 @@ class Unit:
         Raises:
             LogError: they are no counts with a sign in the bit `sign`.
         """
-        return (self._signed(x) - self.zero) * self.size
-
-    def _signed(self, x: NDArray[Any]) -> NDArray[Any]:
-        if not self.sign:
-            return x
-        limit = 2 << self.sign
-        if np.nanmin(x, initial=0) < 0 or np.nanmax(x, initial=0) >= limit:
-            refuse(f"--unit {self.name}: the column has other values", f"0 to {limit - 1}")
-        top = limit // 2
-        return np.where(x >= top, top - x, x)
+        if self.sign:
+            limit = 2 << self.sign
+            if np.nanmin(x, initial=0) < 0 or np.nanmax(x, initial=0) >= limit:
+                refuse(f"--unit {self.name}: the column has other values", f"0 to {limit - 1}")
+            top = limit // 2
+            x = np.where(x >= top, top - x, x)
+        return (x - self.zero) * self.size
 
 
 def sign_bit(x: NDArray[Any]) -> int | None:
@@ -188,7 +185,7 @@ def _units(text: str) -> list[Unit]:
         return []
     count = float(multiple[1])
     return [
-        replace(unit, name=form, size=count * unit.size)
+        replace(unit, name=f"{multiple[1]}{unit.name}", size=count * unit.size)
         for unit in _WRITTEN.get(multiple[2], ())
         if count > 0 and unit.quantity != "time"
     ]

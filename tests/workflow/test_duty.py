@@ -70,8 +70,9 @@ def test_duty_is_read_in_the_units_of_servos(tmp_path, names, values, options, d
     np.testing.assert_allclose(found.tau, expected.tau, atol=1e-12)
 
 
-def test_volts_without_a_supply_stay_volts(tmp_path):
-    log = opened(table(tmp_path / "log.csv", "u* [V]", 12 * DUTY))
+@pytest.mark.parametrize(("name", "unit", "size"), [("u* [V]", {}, 1), ("u*", {"u": "0.1V"}, 0.1)])
+def test_volts_without_a_supply_stay_volts(tmp_path, name, unit, size):
+    log = opened(table(tmp_path / "log.csv", name, 12 * DUTY / size), unit=unit)
     assert log.drive_unit == "V"
     np.testing.assert_allclose(log.duty, 12 * DUTY)
 
