@@ -31,9 +31,10 @@ from symgen.data.signals import (
 )
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.band import Band
+from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.opening import Source, require_other_data
-from symgen.estimation.system import Rows, join, torque_frame
+from symgen.estimation.system import Extent, Rows, join
 from symgen.estimation.torque_error import equation_residual, percent
 from symgen.estimation.values import FloatArray
 from symgen.faults.repair import open_logs
@@ -178,7 +179,9 @@ def _equations(kernel: Any, place: FloatArray, log: FilteredLog) -> Rows:
     of_logs = np.kron(place, shapes)
     of_channels = np.kron(of_logs, np.eye(_CHANNELS))
     W = np.concatenate([log.modelled(columns), of_channels], axis=2)
-    return torque_frame(log).rows.with_regressor(W)
+    y, weight = log.measured, log.rest_weight(log.resting) * log.free
+    extent = Extent(len(y), PER_PERIOD // 2)
+    return Rows((), W, y, log.compared_t, weight, (extent,)).with_regressor(W)
 
 
 def _with_drifts(rows: Rows, noise: FloatArray) -> Solved:
