@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.log import make_log
 from symgen.data.raw import Log
 
 FloatArray = NDArray[np.float64]
@@ -175,4 +176,4 @@ def recorded(
         duty = (not opened) * np.clip(arm.gain * (target - q[k]), -1, 1)
         u[k] = data.ctrl[:] = np.round(duty / DUTY) * DUTY
         mujoco.mj_step(model, data, steps)
-    return Log(name, t, q, None, None, duty=u, qr=wanted)
+    return make_log(name, t, q, None, duty=u, qr=wanted)
