@@ -27,9 +27,7 @@ from symgen.data.raw import (
     VECTORS,
     Wanted,
     listed,
-    option_for,
     refuse,
-    refuse_currents,
     roles_with_unit,
     unused_torques,
 )
@@ -202,7 +200,7 @@ def _require_torques(names: Sequence[str], wanted: Wanted) -> None:
     no_torque = _DUTIES & _tokens(" ".join(names))
     if no_torque and "tau" not in roles_with_unit(wanted.reading) and not split_unit(names[0])[1]:
         what = f"{_shown(names[0])} is the duty of a servo by its name, and has no unit"
-        refuse(what, f"{option_for('u', names)} --unit u=%, or --unit tau=Nm")
+        refuse(what, "--columns u=.. with --unit u=%, or --unit tau=Nm")
 
 
 def _place(column: str) -> tuple[str, int] | None:
@@ -236,11 +234,9 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
         columns: those with a role, by joint.
         wanted: the robot and the columns to read.
     """
-    currents = columns.get("i", {})
-    if not wanted.currents or ("tau" in columns and len(currents) != len(columns.get("q", ()))):
+    if "tau" in columns and len(columns.get("i", ())) != len(columns.get("q", ())):
         columns.pop("i", None)
-    chosen = {role: option_for(role, have.values()) for role, have in columns.items()}
-    for role in unused_torques(chosen, wanted.reading):
+    for role in unused_torques(columns, wanted):
         del columns[role]
     for role, vector in VECTORS.items():
         have = columns.get(role, {})
@@ -250,14 +246,11 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
         if lacking and role == "wrench" and wanted.reading.wrench:
             how = f"columns {', '.join(vector)}, or --columns {lacking[0]}=NAME"
             refuse(f"there is no column {lacking[0]} among {listed(names)}", how)
-    measured = columns.keys() & DRIVING
     if "t" not in columns:
         _refuse_without("t", names, columns, wanted)
     if "q" not in columns:
         _refuse_without("q1", names, columns, wanted)
-    if not measured and currents:
-        refuse_currents()
-    if not measured:
+    if not columns.keys() & DRIVING:
         _refuse_without("tau1", names, columns, wanted)
     for role, have in columns.items():
         if role in BESIDE:  # only some joints may have it

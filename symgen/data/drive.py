@@ -38,8 +38,7 @@ def joint_side(log: Log, drive: Drive | None) -> Log:
         drive: gears and motors of the robot; None if both sides are the same.
 
     Raises:
-        LogError: the number of joints differs, there are currents without torque constants, or duty
-            of motors that move several joints.
+        LogError: the number of joints differs, or there is duty of motors that move several joints.
     """
     if log.mapped or (drive is None and log.duty is None):
         return log
@@ -56,12 +55,9 @@ def joint_side(log: Log, drive: Drive | None) -> Log:
         log = _of_duty(log, drive)
     elif log.current is not None and drive.torque_constant is not None:
         log = _of_currents(log, drive)
-    elif log.tau is not None:
-        if geared and drive.torque_side == "motor":
-            note = "tau was mapped from the motor side to the joint side"
-            log = _with_input(log, log.tau @ N, note)
-    elif log.qr is None and log.wrench is None:
-        refuse("has currents alone", "torque_constant in [drive] of the robot file")
+    elif log.tau is not None and geared and drive.torque_side == "motor":
+        note = "tau was mapped from the motor side to the joint side"
+        log = _with_input(log, log.tau @ N, note)
     if log.tau is not None and drive.gain is not None:
         note = "torques were multiplied by the gains of [drive]"
         log = replace(_with_input(log, log.tau * drive.gain, note), drive_unit="")

@@ -56,7 +56,7 @@ def in_data_set(folder: Path, elements: Collection[str], wanted: Wanted) -> tupl
         lists["qr"] = _ACTION
     if not (lists.keys() <= roles_with_unit(reading) or reading.range):
         ranges = "range = [[low, high], ..] in rad in [log] of the robot file for -100 to 100"
-        what = f"a LeRobot data set does not state the unit of {' and '.join(lists.values())}"
+        what = "a LeRobot data set does not state the unit of its positions"
         refuse(what, f"--unit deg, --unit rad, or {ranges}")
     pairs = dict(reading.pairs)
     with readable("meta/info.json cannot be read", "that of a LeRobot data set"):

@@ -416,12 +416,6 @@ def listed(names: Sequence[str]) -> str:
     return first_of([*filter(None, names)], 12) or "none"
 
 
-def option_for(role: str, columns: Iterable[str]) -> str:
-    """Return the option that chooses the columns of all joints for a role."""
-    pairs = (f"{role}{j}={column}" for j, column in enumerate(columns, 1))
-    return f'--columns "{plain(",".join(pairs))}"'
-
-
 def shown(column: str, names: Mapping[str, str]) -> str:
     """Return a column for a message, with its name in the file."""
     name = names.get(column, column)
@@ -454,37 +448,30 @@ def readable(what: str, accepted: str) -> Iterator[None]:
         refuse(f"{what}: {error or type(error).__name__}", accepted)
 
 
-def unused_torques(present: Mapping[str, str], reading: Reading) -> set[str]:
-    """Return the channels that a log does not use, because the user names another one for torques.
+def unused_torques(present: Iterable[str], wanted: Wanted) -> set[str]:
+    """Return the channels that a log does not use, because another one gives the torques.
 
     Args:
-        present: role -> option that chooses it, of the channels in the file.
-        reading: names of columns.
+        present: roles of the channels in the file.
+        wanted: names of columns, and the drive, without whose constants currents give no torques.
 
     Raises:
-        LogError: the log has duty and torques or currents, and the user does not name one of them.
+        LogError: the log has currents alone without their constants, or duty and torques or
+            currents, of which the user does not name one.
     """
-    found = [role for role in present if role in TORQUES]
+    driving = DRIVING.intersection(present)
+    if driving == {"i"} and not wanted.currents:
+        what = "the torque columns tau1.. are missing, and motor currents i1.. need their constants"
+        refuse(what, f"torque_constant in [drive] of the robot file, or {COLUMNS}")
+    useless = set[str]() if wanted.currents else {"i"}.intersection(driving)
+    found = sorted(driving & TORQUES - useless)
     if "u" not in found or len(found) == 1:
-        return set()
-    chosen = {*map(role_of, reading.pairs)}.intersection(found)
+        return useless
+    chosen = {*map(role_of, wanted.reading.pairs)}.intersection(found)
     if len(chosen) != 1:
         what = f"the log has {' and '.join(found)} of its joints, and only one gives the torques"
-        refuse(what, " or ".join(present[role] for role in found))
-    return {*found} - chosen
-
-
-def refuse_currents() -> NoReturn:
-    """Refuse currents if there are no torque constants.
-
-    Raises:
-        LogError: always.
-    """
-    refuse(
-        "the torque columns tau1.. are missing, and motor currents i1.. need torque_constant in "
-        "[drive] of the robot file",
-        COLUMNS,
-    )
+        refuse(what, " or ".join(f"--columns {role}=.." for role in found))
+    return useless.union(found) - chosen
 
 
 def require_size(path: Path, announced: int) -> None:

@@ -47,7 +47,6 @@ from symgen.data.raw import (
     listed,
     readable,
     refuse,
-    refuse_currents,
     require_shapes,
     require_size,
     shown,
@@ -416,21 +415,15 @@ def _npz(path: Path, wanted: Wanted) -> Arrays:
         refuse("is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
     columns = wanted.reading.pairs
     names = {role: columns.get(role, role) for role in ROLES}
-    if not wanted.currents:
-        del names["i"]
+    content = _content(path, frozenset(names.values()), path.stat().st_mtime_ns)
     for ours, theirs in columns.items():
         if ours not in ROLES:
             refuse(f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
-    content = _content(path, frozenset(names.values()), path.stat().st_mtime_ns)
-    for ours, theirs in columns.items():
         if theirs not in content:
             refuse(f"there is no array {theirs!r} (--columns {ours})", listed([*content]))
     arrays = {role: content[key] for role, key in names.items() if key in content}
-    options = {role: f"--columns {role}={names[role]}" for role in arrays}
-    for role in unused_torques(options, wanted.reading):
+    for role in unused_torques(arrays, wanted):
         del arrays[role]
-    if not arrays.keys() & DRIVING and "i" in content:
-        refuse_currents()
     for role in ("t", "q", "tau"):
         if role not in arrays and not (role == "tau" and arrays.keys() & DRIVING):
             present = listed([*content])
