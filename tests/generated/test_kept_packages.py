@@ -123,22 +123,3 @@ def test_warnings_about_a_foreign_file_are_repeated(command):
     assert first == again
     assert first[0] == 0
     assert "symgen: warning: one.urdf: " in first[2]
-
-
-def test_compiled_templates_are_kept():
-    code = """
-import sys, jinja2
-if sys.argv[1:]:
-    jinja2.Environment._generate = None  # its compiler
-from symgen.files import rendered
-print(rendered("report/table.html", caption="c", header=["a"], rows=[["b"]]))
-"""
-    environment = {key: v for key, v in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
-    out = [
-        subprocess.run(
-            [sys.executable, "-c", code, *words],
-            capture_output=True, text=True, env=environment, check=True,
-        ).stdout
-        for words in ([], ["again"])
-    ]  # fmt: skip
-    assert out[0] == out[1]
