@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from symgen.errors import ParameterError
@@ -9,6 +10,7 @@ from symgen.identification.estimate import Estimate
 from symgen.robot.formats.mjcf_drives import JointDrive
 from symgen.robot.types import Robot
 
+_BOTH = "<!-- motorconst holds the viscous friction of the joint, too -->"
 _NEEDS = {
     "position": '[controller] with kp, kd and unit = "duty" in the robot file',
     "motor": "an estimate from logs of duty, or of volts with supply in [drive]",
@@ -24,8 +26,8 @@ def joint_drives(
         tau = a clip(u, -limit, limit) - FV qd
 
     A "position" has u = kp (ctrl - q) - kd qd, a "motor" u = ctrl, and a "dcmotor" u = ctrl/supply
-    with K/R (ctrl - K qd), K = V FV/a and R = K V/a. FV, viscous friction and back-EMF together, is
-    in the dcmotor, else in the joint.
+    with K/R (ctrl - K qd), K = V b/a and R = K V/a. Its back-EMF b is FV, viscous friction and
+    back-EMF together, unless logs with open windings told them apart.
 
     Args:
         estimate: the estimate.
@@ -49,18 +51,21 @@ def joint_drives(
     out = {}
     for j, drive in enumerate(found):
         a, limit = drive.torque, limits[j]
-        viscous = values.get(f"FV{drive.joint}", 0.0)
+        viscous, held, comment = values.get(f"FV{drive.joint}", 0.0), 0.0, ""
         if kind == "motor":
             numbers = {"gear": a, "ctrlrange": limit}
         elif kind == "position" and gains:
             gain, damping = a * gains.kp[j], a * gains.kd[j]
             numbers = {"kp": gain, "kv": damping, "forcerange": a * limit}
         elif kind == "dcmotor" and supply and viscous > 0:
-            constant = supply[j] * viscous / a
+            separated = math.isfinite(drive.back_emf)
+            held = drive.back_emf if separated else viscous
+            comment = "" if separated else _BOTH
+            constant = supply[j] * held / a
             resistance = constant * supply[j] / a
             reach = supply[j] * limit
             numbers = {"motorconst": constant, "resistance": resistance, "ctrlrange": reach}
         else:
             raise ParameterError(f"--actuator {kind} is not possible; accepted: {_NEEDS[kind]}")
-        out[drive.joint] = JointDrive(kind, numbers, a * limit)
+        out[drive.joint] = JointDrive(kind, numbers, a * limit, held, comment)
     return out

@@ -159,9 +159,8 @@ def identified_file(
     mjcf = path.suffix.lower() == ".xml"
     found = joint_drives(estimate, model.robot, links.values, actuator) if mjcf else {}
     drives = {imported.robot.joints[k - 1].name: drive for k, drive in found.items()}
-    of_motors = [k for k, drive in found.items() if drive.kind == "dcmotor"]
-    absent = {f"FV{k}": 0.0 for k in of_motors}
-    of_joints = replace(links, values={**links.values, **absent})
+    moved = {f"FV{k}": links.values[f"FV{k}"] - d.viscous for k, d in found.items() if d.viscous}
+    of_joints = replace(links, values={**links.values, **moved})
     dynamics, contained = _dynamics(model.robot, of_joints, higher and mjcf)
     notes = [f"link parameters in {path.name}: {_CAVEAT}"]
     if links.sigmas > 0:
@@ -194,8 +193,8 @@ def identified_file(
             )
     left_out = tuple(_not_contained(model, links, contained))
     if mjcf:
-        absent |= dict.fromkeys((name for name, _, _ in left_out), 0.0)
-        _require_read(text, path, model, {**links.values, **absent}, drives)
+        absent = dict.fromkeys((name for name, _, _ in left_out), 0.0)
+        _require_read(text, path, model, {**of_joints.values, **absent}, drives)
     text = relocated(text, path, path.parent if folder is None else Path(folder))
     return IdentifiedFile(text, links.values, left_out, tuple(notes))
 

@@ -18,7 +18,6 @@ _FIXED = {
     "motor": {"ctrllimited": "true"},
     "dcmotor": {"gear": "1", "ctrllimited": "true"},
 }
-_COMMENTS = {"dcmotor": "<!-- motorconst holds the viscous friction of the joint, too -->"}
 #: A control above all limits; largest relative difference of torques.
 _LARGE, _SAME = 1e6, 1e-9
 
@@ -32,11 +31,15 @@ class JointDrive:
         numbers: attributes of the actuator; of a range the upper limit, its lower limit is minus
             that.
         torque: largest torque without speed, N m (N).
+        viscous: viscous friction of the joint that the actuator holds, N m s/rad (N s/m).
+        comment: comment in the file, or "".
     """
 
     kind: str
     numbers: Mapping[str, float]
     torque: float
+    viscous: float = 0.0
+    comment: str = ""
 
     def element(self, kept: Mapping[str, str]) -> str:
         """Return the element of the actuator, with some attributes that it keeps."""
@@ -45,7 +48,7 @@ class JointDrive:
             pairs[key] = f"{-x!r} {x!r}" if key.endswith("range") else repr(x)
         words = [f"{key}={quoteattr(value)}" for key, value in pairs.items()]
         line = " ".join([self.kind, *words])
-        return f"{_COMMENTS.get(self.kind, '')}<{line}/>"
+        return f"{self.comment}<{line}/>"
 
 
 def drive_edits(root: Element, drives: Mapping[str, JointDrive]) -> Iterator[Edit]:
