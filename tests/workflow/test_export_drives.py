@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -171,6 +172,26 @@ def test_a_dcmotor_has_no_damping_beside_it_and_a_comment_says_so(
     written = np.array(re.findall('motorconst="([^"]+)" resistance="([^"]+)"', text), dtype=float)
     np.testing.assert_allclose(written[:, 0], constant, rtol=1e-6)
     np.testing.assert_allclose(written[:, 1], constant * SUPPLY / leg.arm.a, rtol=1e-6)
+
+
+def test_a_dcmotor_leaves_the_viscous_friction_that_open_windings_tell_to_the_joint(
+    leg: Leg, tmp_path: Path, command
+) -> None:
+    estimate = read_estimate(leg.result)
+    drives = tuple(
+        replace(drive, back_emf=float(b), back_emf_std=0.01)
+        for drive, b in zip(estimate.drives, leg.arm.b, strict=True)
+    )
+    shutil.copytree(leg.result, tmp_path / "result")
+    known = replace(estimate, drives=drives).to_json()
+    (tmp_path / "result" / "estimate.json").write_text(json.dumps(known))
+    separated = replace(leg, result=tmp_path / "result")
+    *_, model = separated.export(command, tmp_path / "out.xml", "--actuator", "dcmotor")
+    np.testing.assert_allclose(model.dof_damping, leg.arm.viscous, rtol=1e-6)
+    text = (tmp_path / "out.xml").read_text()
+    assert "holds the viscous friction" not in text
+    written = np.array(re.findall('motorconst="([^"]+)"', text), dtype=float)
+    np.testing.assert_allclose(written, np.array(SUPPLY) * leg.arm.b / leg.arm.a, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
