@@ -241,11 +241,11 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
     for role, vector in VECTORS.items():
         have = columns.get(role, {})
         lacking = [name for k, name in enumerate(vector) if k not in have]
-        if lacking:
-            columns.pop(role, None)
-        if lacking and role == "wrench" and wanted.reading.wrench:
+        if lacking and wanted.reading.wrench and role == "wrench":
             how = f"columns {', '.join(vector)}, or --columns {lacking[0]}=NAME"
             refuse(f"there is no column {lacking[0]} among {listed(names)}", how)
+        if lacking:
+            columns.pop(role, None)
     if "t" not in columns:
         _refuse_without("t", names, columns, wanted)
     if "q" not in columns:
@@ -439,7 +439,8 @@ def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str
     unclear = [p for p in long_enough if _role(p) is None]
     pairs = []
     for role in roles:
-        words = [word for word in CHANNELS[role].words.split() if len(word) > 2]
+        every = CHANNELS[role].words.split()
+        words = [word for word in every if len(word) > 2]
         fits = [p for p in measured if any(word in p.lower() for word in words)]
         for pattern in [*fits, *unclear][:1]:
             text, _ = split_unit(pattern)

@@ -112,6 +112,7 @@ def _of_duty(log: Log, drive: Drive | None) -> Log:
     """Give a log with duty, or voltages of the drives, the input that acts on the joints as tau."""
     assert log.duty is not None
     u, notes = log.duty, list[str]()
+    log = replace(log, drive_unit=log.drive_unit or "duty")
     if log.drive_unit == "V" and drive is not None and drive.supply is not None:
         u = u / np.array(drive.supply)
         log = replace(log, supply=None, drive_unit="duty")
@@ -126,8 +127,8 @@ def _of_duty(log: Log, drive: Drive | None) -> Log:
             what = "has the duty of motors that move several joints"
             refuse(what, "tau1.. or i1..; or duty of the joints and torque_side = 'joint'")
         u = u * np.sign(np.diag(N))
-    notes.append("tau is the input u1.. of the drives, which hold it until the next sample")
-    return replace(_with_input(log, held(log.t, u), *notes), duty=read_only(u))
+    log = _with_input(log, held(log.t, u), *notes)
+    return replace(log, duty=read_only(u))
 
 
 def held(t: FloatArray, u: FloatArray) -> FloatArray:

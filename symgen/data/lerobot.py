@@ -82,6 +82,6 @@ def _places(feature: Mapping[str, Any], wanted: Wanted) -> Sequence[int]:
         if len(found) == len(joints):
             return [names.index(found[j]) for j in range(len(joints))]
     width = feature["shape"][0]
-    if wanted.kept(width):
-        return range(width)
-    return [names.index(joint) for joint in joints_of_file(wanted, names)]
+    if not wanted.kept(width):
+        joints_of_file(wanted, names)  # refuses the joint that lacks a place
+    return range(width)

@@ -330,7 +330,9 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     missing.setflags(write=False)
     for role in arrays.keys() & VECTORS.keys():
         _require_finite(role, arrays[role], t, raw.names)
-    channels: dict[str, Any] = {channel.key: arrays.get(role) for role, channel in CHANNELS.items()}
+    channels: dict[str, Any] = {}
+    for role, channel in CHANNELS.items():
+        channels[channel.key] = arrays.get(role)
     log = Log(
         name, t, **channels, ignored=raw.ignored, notes=(*raw.notes, *notes),
         missing=missing if missing.any() else None,

@@ -54,7 +54,7 @@ IMU = ("fx", "fy", "fz", "wx", "wy", "wz")
 WRENCH = ("wfx", "wfy", "wfz", "wnx", "wny", "wnz")
 _MOTION = ("angle", "length")
 _SPEED = ("rate", "speed")
-_FORCES = (*["force"] * 3, *["torque"] * 3)
+_FORCES = ("force",) * 3 + ("torque",) * 3
 #: Role, which begins the names of columns of joints (q1, q2, ..) -> channel.
 CHANNELS = {
     "q": Channel("q", _MOTION, 0, "q pos position positions angle"),
@@ -70,7 +70,7 @@ CHANNELS = {
     "wrench": Channel("wrench", _FORCES, columns=WRENCH),
 }
 #: Channels of which each gives the torques of a log, and those of which a log has at least one.
-TORQUES = frozenset(role for role, channel in CHANNELS.items() if channel.missing == 2)
+TORQUES = frozenset(role for role in CHANNELS if CHANNELS[role].missing == 2)
 DRIVING = TORQUES | {"qr", "wrench"}
 #: Channels with columns of their own, and the names of these.
 VECTORS = {role: channel.columns for role, channel in CHANNELS.items() if channel.columns}

@@ -210,7 +210,7 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     form = csv_form(path, wanted.reading)
     chosen_time = wanted.reading.pairs.get("t", "")
     header = paired(with_joints(path, form, wanted), chosen_time)
-    groups, notes = assigned(header, log_name(path), wanted)
+    groups, notes = assigned(header, path.name, wanted)
     used = _columns(groups)
     time = header[groups["t"][0]]
     rest = "" if time in form.header else rest_of(time)

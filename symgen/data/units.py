@@ -340,6 +340,8 @@ class Units:
 
     def si(self, role: str, x: NDArray[Any]) -> NDArray[Any]:
         """Return a column or array of the file in SI units."""
+        if role == "t":
+            return self.seconds(x)
         units = dict(self.units).get(role)
         if units is None:
             return x
@@ -350,10 +352,10 @@ class Units:
 
     def of(self, raw: Raw) -> Raw:
         """Return the content of a file with read-only arrays in SI units; its times are in s."""
-        arrays = {role: self.si(role, x) for role, x in raw.arrays.items()}
-        arrays["t"] = self.seconds(raw.arrays["t"])
-        for x in arrays.values():
-            x.setflags(write=False)
+        arrays = {}
+        for role, x in raw.arrays.items():
+            arrays[role] = self.si(role, x)
+            arrays[role].setflags(write=False)
         return replace(raw, arrays=arrays, converted=self.conversions, drive_unit=self.drive_unit)
 
 
@@ -431,7 +433,8 @@ def _units_of_joints(
     common = odd.pop() if len(odd) == 1 else ""
     out = []
     channel = CHANNELS[role]
-    kept = [*range(len(columns))] if channel.columns else wanted.kept(len(columns))
+    width = len(columns)
+    kept = [*range(width)] if channel.columns else wanted.kept(width)
     types = dict(zip(kept, wanted.sigma, strict=False))
     for j, column in enumerate(columns):
         quantity = channel.quantities[j if channel.columns else types.get(j) == PRISMATIC]
