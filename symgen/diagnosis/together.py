@@ -111,7 +111,7 @@ def fit_together(result: SearchResult) -> Together:
 def _solve(problem: Problem, rows: FittedRows) -> Solution | None:
     """Solve rows for parameters and standard deviations; None if the rows do not determine them."""
     known = features_of(rows.logs, problem.robot.sigma)
-    features = [known.in_band(log.unmasked.modelled) for log in rows.logs]
+    features = [known.in_band(log.unmasked.at_nodes()) for log in rows.logs]
     weighted = replace(rows, weight=rest_weights(rows), features=np.concatenate(features))
     try:
         return Wls().solve(weighted) if rows.names else None

@@ -92,17 +92,12 @@ class EquationModel:
     def filling(self, log: FilteredLog) -> Filling:
         """Return the equations of one log without their columns."""
         if self.name == "torque":
-            return torque_filling(log)
+            return torque_filling(log, None if self.at is None else np.array(self.at))
         return window_filling(log, self.name, self.window)
-
-    def filled(self, evaluator: Evaluator, filling: Filling) -> Rows:
-        """Return the equations of a log with their columns."""
-        at = None if self.at is None else np.array(self.at)
-        return filling(evaluator, at, self.features)
 
     def equations(self, evaluator: Evaluator, log: FilteredLog) -> Rows:
         """Build the equations of one log."""
-        return self.filled(evaluator, self.filling(log))
+        return self.filling(log)(evaluator, self.features)
 
 
 def kernels_of(models: Iterable[EquationModel]) -> tuple[str, ...]:

@@ -18,15 +18,14 @@ their integrals.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 from symgen.data.mask import moving_joints
-from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog, Nodes
 from symgen.estimation.values import SEED, FloatArray
 
 #: Number of waves, each with a cosine and a sine, and number of friction waves among them.
@@ -73,13 +72,13 @@ class Features:
         powers = np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)
         return np.asarray(powers[:, None])
 
-    def in_band(self, modelled: Callable[[Any], FloatArray]) -> FloatArray:
+    def in_band(self, nodes: Nodes) -> FloatArray:
         """Return the functions in the comparison band, (K, n, 2 WAVES).
 
         Args:
-            modelled: evaluates a model along a log, as `FilteredLog.modelled` does.
+            nodes: a log in the band of the run, at its nodes.
         """
-        return modelled(lambda q, qd, *_: self(q, qd))
+        return nodes.modelled(lambda q, qd, *_: self(q, qd))
 
 
 def mixtures() -> FloatArray:

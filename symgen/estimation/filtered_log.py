@@ -51,7 +51,12 @@ class Nodes:
     weight: FloatArray | None
 
     def modelled(self, model: Callable[..., FloatArray], block_size: int = BLOCK) -> FloatArray:
-        """Return a model along the log, see `FilteredLog.modelled`."""
+        """Return a model along the log, in the comparison band at the kept samples, (K, ...).
+
+        Args:
+            model: function from the arrays of `motion`, (k, n) each, to (k, ...).
+            block_size: approximate number of nodes to evaluate at once.
+        """
 
         def at(first: int, last: int) -> FloatArray:
             modelled = model(*(x[first:last] for x in self.motion))
@@ -229,21 +234,6 @@ class FilteredLog:
             for masked in self.mask.joint.T
         ]
         return np.sin(np.pi / 2 * np.minimum(np.column_stack(away) / reach, 1.0)) ** 2
-
-    def modelled(
-        self,
-        model: Callable[..., FloatArray],
-        block_size: int = BLOCK,
-        stride: int | None = None,
-    ) -> FloatArray:
-        """Return a model along the log, in the comparison band at the kept samples, (K, ...).
-
-        Args:
-            model: function from the arrays of `motion`, (k, n) each, to (k, ...).
-            block_size: approximate number of nodes to evaluate at once.
-            stride: samples from node to node; None for `FilteredLog.stride`.
-        """
-        return self.at_nodes(stride).modelled(model, block_size)
 
     def at_nodes(self, stride: int | None = None) -> Nodes:
         """Return the motion at every `stride`-th sample; None for `FilteredLog.stride`."""

@@ -17,7 +17,7 @@ import numpy as np
 from symgen.codegen.model import Model
 from symgen.data.drive import torque_of_command
 from symgen.data.mask import STILL, spans
-from symgen.data.signals import can_filter, interpolated, lowpass
+from symgen.data.signals import can_filter, lowpass
 from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
@@ -163,12 +163,19 @@ def at_nodes(log: FilteredLog, x: FloatArray) -> FloatArray:
 
 def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
     """Return the torque of a log as a law, with feedback towards its measured motion."""
+    from scipy.interpolate import CubicSpline
+
     n, tau, times = log.q.shape[1], at_nodes(log, log.tau), log.t[:: log.stride]
     motion = log.nodes(log.stride) if gains else ()
-    recorded, last = interpolated(times, np.concatenate([tau, *motion], axis=1)), times[-1]
+    pieces = CubicSpline(times, np.concatenate([tau, *motion], axis=1)).c
+    first, last = times[[0, -1]].tolist()
+    step = log.stride * log.step
 
     def law(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:
-        at = recorded(np.minimum(t, last))
+        passed = min(float(t), last) - first
+        k = min(int(passed / step), len(times) - 2)
+        u = passed - k * step
+        at: FloatArray = np.array((u**3, u**2, u, 1.0)) @ pieces[:, k]
         if gains is None:
             return at
         kp, kd = gains

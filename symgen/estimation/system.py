@@ -175,30 +175,29 @@ def join(logs: Sequence[Rows]) -> Rows:
 
 def _energy_terms(
     evaluator: Evaluator, q: FloatArray, qd: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the columns of energy, (K, 1, p_inertial), their slopes that no torque makes, and
-    those of friction power, (K, 1, p - p_inertial).
+) -> tuple[FloatArray, FloatArray]:
+    """Return the columns of energy, (K, 1, p_inertial), and their slopes that no torque makes with
+    the columns of friction power, (K, 1, p).
     """
-    h, power = evaluator.energy_regressor(q, qd), evaluator.friction_power(q, qd)
-    return h[:, None], np.zeros_like(h)[:, None], power[:, None]
+    h = evaluator.energy_regressor(q, qd)
+    power = np.column_stack([np.zeros_like(h), evaluator.friction_power(q, qd)])
+    return h[:, None], power[:, None]
 
 
 def _momentum_terms(
     evaluator: Evaluator, q: FloatArray, qd: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the columns of momentum and dL/dq, (K, n, p_inertial), and of friction torque, (K, n,
-    p - p_inertial).
+) -> tuple[FloatArray, FloatArray]:
+    """Return the columns of momentum, (K, n, p_inertial), and of dL/dq and friction torque, (K, n,
+    p).
     """
-    momentum, slope = evaluator["momentum_regressor"](q, qd)
-    friction = np.zeros((*q.shape, 0))
+    momentum, rates = evaluator["momentum_regressor"](q, qd)
     if evaluator.has("friction_torque"):
-        friction = evaluator["friction_torque"](q, qd)
-    return momentum, slope, friction
+        rates = np.concatenate([rates, evaluator["friction_torque"](q, qd)], axis=2)
+    return momentum, rates
 
 
-#: Returns the equations of a log with their columns, see `torque_equations`: X is for the torque
-#: model only.
-Filling = Callable[[Evaluator, FloatArray | None, Features | None], Rows]
+#: Returns the equations of a log with their columns, see `torque_equations`.
+Filling = Callable[[Evaluator, Features | None], Rows]
 
 
 def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
@@ -228,9 +227,10 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
         weight *= untouched(masked, first, last)
     extents = (Extent(len(y), w.correlation),)
 
-    def filled(evaluator: Evaluator, _: FloatArray | None, features: Features | None) -> Rows:
+    def filled(evaluator: Evaluator, features: Features | None) -> Rows:
         integrated = partial(window_rows, len(q), w, step)
-        W, F = integrated(lambda at: columns(evaluator, q[at], qd[at])), None
+        W = integrated(lambda at: columns(evaluator, q[at], qd[at]))
+        F = None
         if features is not None:
             functions = features.powers if energy else features.__call__
             F = integrated(rates_only(lambda at: functions(q[at], qd[at])))
@@ -307,18 +307,21 @@ def torque_rows(evaluator: Evaluator, nodes: Nodes, X: FloatArray | None = None)
     return out.reshape(len(out), evaluator.model.robot.n, -1)
 
 
-def torque_filling(log: FilteredLog, measured: FloatArray | None = None) -> Filling:
+def torque_filling(
+    log: FilteredLog, X: FloatArray | None, measured: FloatArray | None = None
+) -> Filling:
     """Return the torque equations of one log without their columns, see `torque_equations`. The
     log itself is not kept.
     """
-    y, t, nodes = log.measured if measured is None else measured, log.compared_t, log.at_nodes()
+    y = log.measured if measured is None else measured
+    t, nodes = log.compared_t, log.at_nodes()
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
     weight = log.rest_weight(log.resting) * log.free
     extents = (Extent(len(y), correlation),)
 
-    def filled(evaluator: Evaluator, X: FloatArray | None, features: Features | None) -> Rows:
+    def filled(evaluator: Evaluator, features: Features | None) -> Rows:
         W = torque_rows(evaluator, nodes, X)
-        F = None if features is None else features.in_band(nodes.modelled)
+        F = None if features is None else features.in_band(nodes)
         names = evaluator.model.base.names[: W.shape[2]]
         return Rows(names, W, y, t, weight, extents, features=F)
 
@@ -340,4 +343,4 @@ def torque_equations(
         features: random functions of the state for the model misfit.
         measured: `log.measured`, (K, n), if already known from another cutoff.
     """
-    return torque_filling(log, measured)(evaluator, X, features)
+    return torque_filling(log, X, measured)(evaluator, features)

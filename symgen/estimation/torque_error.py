@@ -181,7 +181,7 @@ def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Re
 
 def modelled_torque(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray:
     """Return the torque of a model along a log in the comparison band, (K, n)."""
-    return log.modelled(partial(torque_at, evaluator, X))
+    return log.at_nodes().modelled(partial(torque_at, evaluator, X))
 
 
 def fit(

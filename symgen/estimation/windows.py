@@ -17,9 +17,9 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.integrals import POINTS, window_weights
 from symgen.estimation.values import FloatArray
 
-#: From a span of k nodes to functions of the state and their slopes, (k, m, a) each, and rates (k,
-#: m, c).
-Terms = Callable[[slice], tuple[FloatArray, FloatArray, FloatArray]]
+#: From a span of k nodes to functions of the state, (k, m, a), and rates, (k, m, a + c), of which
+#: the first are slopes of these functions.
+Terms = Callable[[slice], tuple[FloatArray, FloatArray]]
 _OVERLAP = 10
 _CHUNK = 128  # approximate number of nodes to evaluate at once
 _FINE = 20  # minimum number of nodes of a window, if the log has enough
@@ -90,7 +90,7 @@ def window_rows(nodes: int, w: Windows, step: float, terms: Terms) -> FloatArray
         nodes: number of nodes of a log.
         w: the windows of the log.
         step: sampling step, s.
-        terms: function from a span of nodes to s and slope (k, m, a) and r (k, m, c).
+        terms: function from a span of nodes to s (k, m, a), and to slope and r (k, m, a + c).
     """
     last = np.arange(w.steps, nodes, w.hop)
     count = max(1, max(_CHUNK, 2 * w.steps) // w.hop)
@@ -98,12 +98,14 @@ def window_rows(nodes: int, w: Windows, step: float, terms: Terms) -> FloatArray
     for first in range(0, len(last), count):
         ends = last[first : first + count]
         low = max(int(ends[0]) - w.steps - POINTS, 0)
-        state, slope, rates = terms(slice(low, int(ends[-1]) + 1 + POINTS))
+        state, rates = terms(slice(low, int(ends[-1]) + 1 + POINTS))
         at = ends - low
         weights = step * _weights(len(state), int(at[0]), len(at), w)
-        change = state[at] - state[at - w.steps]
-        change -= _product(weights, slope)
-        parts.append(np.concatenate([change, _product(weights, rates)], axis=2))
+        flat = rates.reshape(len(rates), -1)
+        rows = (weights @ flat).reshape(len(at), *rates.shape[1:])
+        slopes = rows[:, :, : state.shape[2]]
+        slopes[:] = state[at] - state[at - w.steps] - slopes
+        parts.append(rows)
     return np.concatenate(parts)
 
 
@@ -122,18 +124,11 @@ def over_windows(x: FloatArray, w: Windows, step: float) -> FloatArray:
 def rates_only(rates: Callable[[slice], FloatArray]) -> Terms:
     """Return the terms of functions that are only integrated."""
 
-    def terms(nodes: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def terms(nodes: slice) -> tuple[FloatArray, FloatArray]:
         values = rates(nodes)
-        none = values[:, :, :0]
-        return none, none, values
+        return values[:, :, :0], values
 
     return terms
-
-
-def _product(weights: FloatArray, x: FloatArray) -> FloatArray:
-    """Return the sums of x (k, m, c) with weights (K, k), (K, m, c)."""
-    k, m, c = x.shape
-    return np.asarray((weights @ x.reshape(k, m * c)).reshape(len(weights), m, c))
 
 
 @lru_cache(maxsize=32)

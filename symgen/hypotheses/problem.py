@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.codegen.model import regrouping
 from symgen.estimation.equation_model import JUDGING
-from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog, Nodes
 from symgen.estimation.solve import shortest
 from symgen.estimation.system import join, torque_along, torque_at, torque_rows
 from symgen.estimation.values import FloatArray
@@ -157,7 +157,7 @@ class Problem:
         parts = []
         for log in self.logs:
             motion = tuple(map(np.ascontiguousarray, change.undo(log.thinned).motion))
-            nodes = replace(log.unmasked.at_nodes(), motion=motion)
+            nodes = Nodes(log.rows, motion, None)
             parts.append(torque_rows(self.evaluator, nodes, self.X))
         W, y = np.concatenate(parts), change.torque(self.torque)
         equations = np.concatenate([W, y[..., None]], axis=2)
@@ -189,7 +189,8 @@ class Problem:
         def links(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
             return v.regressor((q, moving * qd, moving * qdd), units, gravity)
 
-        parts = [log.unmasked.modelled(links, _BLOCK, log.smooth_stride) for log in self.logs]
+        nodes = [log.unmasked.at_nodes(log.smooth_stride) for log in self.logs]
+        parts = [of_log.modelled(links, _BLOCK) for of_log in nodes]
         out = np.zeros((*self.base.y.shape, len(acting)))
         out[..., acting] = np.concatenate(parts)
         return out

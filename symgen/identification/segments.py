@@ -176,7 +176,7 @@ def fold_equations(
     errors need if this process is to keep it.
     """
     reduced, repairs = _reduced(segment, folding)
-    rows = folding.model.filled(folding.evaluator, reduced.filling)
+    rows = reduced.filling(folding.evaluator, folding.model.features)
     return summaries(rows.each_part()), repairs, reduced if folding.keeps else None
 
 
@@ -195,8 +195,8 @@ def fold_errors(
     fit = squares(s.free, s.measured, torque, s.resting)
     meat = np.zeros((len(X), len(X)))
     if segment.rows.kind == "train" and weights is not None:
-        model = replace(folding.model, features=None)  # scores need no features
-        for j, e in enumerate(model.filled(evaluator, s.filling).each_part()):
+        rows = s.filling(evaluator, None)  # scores need no features
+        for j, e in enumerate(rows.each_part()):
             weight, lag = weights[segment.number, j]
             meat += bartlett(scores(e, X, weight), lag)
     return meat, fit

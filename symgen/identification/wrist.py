@@ -178,7 +178,7 @@ def _equations(kernel: Any, place: FloatArray, log: FilteredLog) -> Rows:
     shapes = log.compared(np.cumprod(stacked, axis=2))
     of_logs = np.kron(place, shapes)
     of_channels = np.kron(of_logs, np.eye(_CHANNELS))
-    W = np.concatenate([log.modelled(columns), of_channels], axis=2)
+    W = np.concatenate([log.at_nodes().modelled(columns), of_channels], axis=2)
     y, weight = log.measured, log.rest_weight(log.resting) * log.free
     extent = Extent(len(y), PER_PERIOD // 2)
     return Rows((), W, y, log.compared_t, weight, (extent,)).with_regressor(W)

@@ -113,7 +113,7 @@ def test_equations_of_torque_see_each_function_below_the_comparison_frequency() 
     log = filter_log(_samples(), Band(20.0, 30.0, 5.0, "measured"))
     known = features_of([log], (0, 0, 0))
     rows, exact = (
-        x[20:-20, ...] for x in (known.in_band(log.modelled), known(log.q, log.qd)[log.kept])
+        x[20:-20, ...] for x in (known.in_band(log.at_nodes()), known(log.q, log.qd)[log.kept])
     )
     np.testing.assert_allclose(
         rows[..., SMOOTH], exact[..., SMOOTH], atol=0.01 * np.abs(rows).max()
