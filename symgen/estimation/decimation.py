@@ -84,30 +84,33 @@ class Decimation:
         kept = self.kept
         reach = min(math.ceil(TAIL / (self.cutoff * self.step)), self.samples - 1)
         beyond = min(reach // self.stride, self.nodes - 1)  # nodes that extend an end
-        window = min(end_window(self.stride * self.step, self.cutoff), self.nodes)
+        window = end_window(self.stride * self.step, self.cutoff)
         near = max(beyond + 1, window)
         period = self.every // math.gcd(self.every, self.stride)
         # the next block has the same position among the kept samples
         block = period * max(1, block_size // period)
         begin = block * -(-near // block)
-        edges = [0, *range(begin, self.nodes - near, block), self.nodes]
-        smooth, total = np.zeros((len(kept), 1)), np.zeros((len(kept), 1))
-        for first, last in pairwise(edges):
+        inner = range(begin, self.nodes - near, block)
+        smooth = total = np.zeros((len(kept), 1))
+        for first, last in pairwise([0, *inner, self.nodes]):
             block_values = values(first, last)
             flat = block_values.reshape(last - first, -1)
-            start = first
+            backwards, start = flat[::-1], first
             if first == 0:
                 flat = np.concatenate([continuation(flat, beyond, window), flat])
                 start = -beyond
                 smooth = np.zeros((len(kept), flat.shape[1]))
             if last == self.nodes:
-                flat = np.concatenate([flat, continuation(flat[::-1], beyond, window)[::-1]])
+                after = continuation(backwards, beyond, window)
+                flat = np.concatenate([flat, after[::-1]])
             low = start * self.stride - reach
             high = (start + len(flat) - 1) * self.stride + reach
-            reached = slice(*np.searchsorted(kept, [low, high + 1]).tolist())
+            among = np.searchsorted(kept, [low, high + 1])
+            reached = slice(*among.tolist())
             offsets = kept[reached] - start * self.stride
-            if len(offsets):
-                weights = _weights(self, reach, int(offsets[0]), len(offsets), len(flat))
+            rows = len(offsets)
+            if rows:
+                weights = _weights(self, reach, int(offsets[0]), rows, len(flat))
                 smooth[reached] += weights @ flat
                 total[reached] += weights.sum(axis=1, keepdims=True)
         return (smooth / total).reshape(len(kept), *block_values.shape[1:])

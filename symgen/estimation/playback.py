@@ -175,7 +175,8 @@ def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
         passed = min(float(t), last) - first
         k = min(int(passed / step), len(times) - 2)
         u = passed - k * step
-        at: FloatArray = np.array((u**3, u**2, u, 1.0)) @ pieces[:, k]
+        powers = np.array((u**3, u**2, u, 1.0))
+        at: FloatArray = powers @ pieces[:, k]
         if gains is None:
             return at
         kp, kd = gains

@@ -212,9 +212,11 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
     Raises:
         IdentificationError: the window does not fit the log.
     """
-    w, step = place_windows(log, window), log.step
+    w = place_windows(log, window)
+    step = log.step
     first, last = w.spans(len(log.t))
-    t, (q, qd) = log.t[last], log.nodes(w.stride)
+    t = log.t[last]
+    q, qd = log.nodes(w.stride)
     energy = model == "energy"
     columns = _energy_terms if energy else _momentum_terms
     signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau

@@ -98,13 +98,15 @@ def window_rows(nodes: int, w: Windows, step: float, terms: Terms) -> FloatArray
     for first in range(0, len(last), count):
         ends = last[first : first + count]
         low = max(int(ends[0]) - w.steps - POINTS, 0)
-        state, rates = terms(slice(low, int(ends[-1]) + 1 + POINTS))
+        high = int(ends[-1]) + 1 + POINTS
+        state, rates = terms(slice(low, high))
         at = ends - low
         weights = step * _weights(len(state), int(at[0]), len(at), w)
         flat = rates.reshape(len(rates), -1)
-        rows = (weights @ flat).reshape(len(at), *rates.shape[1:])
-        slopes = rows[:, :, : state.shape[2]]
-        slopes[:] = state[at] - state[at - w.steps] - slopes
+        rows = (weights @ flat).reshape(-1, *rates.shape[1:])
+        change = state[at] - state[at - w.steps]
+        slopes = rows[:, :, : change.shape[2]]
+        slopes[:] = change - slopes
         parts.append(rows)
     return np.concatenate(parts)
 

@@ -165,8 +165,8 @@ def _open(segment: Segment, folding: Folding) -> tuple[FilteredLog, tuple[Fault,
 def _reduced(segment: Segment, folding: Folding) -> tuple[Reduced, tuple[Fault, ...]]:
     """Open a segment and return what equations and errors need of it, and its repairs."""
     log, repairs = _open(segment, folding)
-    filling = folding.model.filling(log)
-    return Reduced(filling, log.at_nodes(), log.measured, log.free, log.resting), repairs
+    filling, nodes = folding.model.filling(log), log.at_nodes()
+    return Reduced(filling, nodes, log.measured, log.free, log.resting), repairs
 
 
 def fold_equations(
