@@ -21,8 +21,8 @@ def compare_sim(paths: tuple[Path, ...], into: Path, **options: Any) -> int:
     """Simulate robot files along logs in MuJoCo, and report how far they move from the logs.
 
     Windows begin in a measured state and replay the measured torque for 1 s. Logs of duty have no
-    torques: their reference, or their duty, then drives the actuators of the files. Give several
-    files to compare them side by side.
+    torques: their reference then drives the actuators of the files. Give several files to compare
+    them side by side.
     """
     from symgen.experiment.playback import compare_simulations
 

@@ -125,7 +125,7 @@ def payload(
         if value is not None and not 0 < value < math.inf:
             raise ParameterError(f"{name} {value:g}; accepted: a number above 0")
     source = read_robot(robot)
-    link = source.payload or source.movable[-1].number
+    link = source.load_link
     in_frame = _frame_on(source, frame, link)
     if gain is None and source.drive is not None:
         gain = source.drive.gain_uncertainty_percent

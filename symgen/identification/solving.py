@@ -48,9 +48,9 @@ class FitOptions:
         carried: for servos that report their duty: logs in which the link of [payload] carries a
             body of known mass, which gives the torques of the drives.
         mass: mass of this body, kg.
+        com: its centre of mass in the frame of the link, m; None if unknown.
         opened: for such servos: logs of a motion with open windings, which separate back-EMF from
             viscous friction.
-        com: its centre of mass in the frame of the link, m; None if unknown.
     """
 
     prior: str | Path | None = None
