@@ -32,6 +32,10 @@ BASES = ("fixed", "imu")
 #: logs.
 BASE = ("f", "w", "wd")
 
+#: License and maintainer of a package, in the manifests of other tools, if its user names none.
+LICENSE = "Proprietary"
+MAINTAINER = "Unknown <unknown@example.com>"
+
 _UNITS = {
     **dict.fromkeys((*INERTIA, ROTOR, COUPLING_INERTIA), "kg m2"),
     **dict.fromkeys(MOMENT, "kg m"),

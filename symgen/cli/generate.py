@@ -15,6 +15,7 @@ import click
 
 from symgen.cli.options import DTYPES, EXACT, PATH, ROBOT, TARGETS, split_list
 from symgen.cli.progress import meter, say_progress
+from symgen.names import LICENSE, MAINTAINER
 from symgen.report.terminal import say, table
 
 #: Approximate share of the time for derivation; proof and writing take the rest.
@@ -44,6 +45,14 @@ _DERIVING = 0.6
     type=PATH,
     help="Values for NAME_values.h and MEX: URDF, TOML or a result of identify.",
 )
+@click.option(
+    "--license",
+    default=LICENSE,
+    help="License in the manifests of other tools, an SPDX expression such as BSD-3-Clause.",
+)
+@click.option(
+    "--maintainer", default=MAINTAINER, help="Maintainer in the manifests of other tools."
+)
 @click.option("--standard", is_flag=True, help="Add regressors of the standard parameters.")
 @EXACT
 @click.option("--tex", is_flag=True, help="Add base parameters and small regressors as LaTeX.")
@@ -66,8 +75,9 @@ def generate(
 ) -> None:
     """Derive the model of ROBOT and write it as a package of C, CasADi and MEX.
 
-    ROBOT is a robot.toml, a URDF, MJCF or .par file, a generated package, or the name of a
-    built-in robot. With --check, the exit code is 0 where the package is equal, 1 where it is not.
+    Other targets are written only by name, with the C that they need. ROBOT is a robot.toml, a
+    URDF, MJCF or .par file, a generated package, or the name of a built-in robot. With --check, the
+    exit code is 0 where the package is equal, 1 where it is not.
     """
     import symgen
     from symgen.codegen.derivations import Derivations

@@ -7,6 +7,7 @@ SymPy version.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ from symgen.codegen.values import Values
 from symgen.codegen.verification import DIGITS, SEED, TOLERANCE
 from symgen.errors import PackageError
 from symgen.files import json_text, write_folder
+from symgen.names import LICENSE, MAINTAINER
 from symgen.robot.identifiers import default_prefix, is_robot_name
 from symgen.robot.tables import Frame
 from symgen.robot.toml_text import robot_toml
@@ -31,6 +33,11 @@ from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"
 TARGETS: dict[str, Backend] = {"c": c, "casadi": casadi, "mex": mex}
+#: The targets of "all". Other targets are written only by name.
+ALL_TARGETS = ("c", "casadi", "mex")
+#: License and maintainer that stand in every manifest: no character that a format would escape.
+_LICENSE = re.compile(r"[A-Za-z0-9.+() -]+")
+_MAINTAINER = re.compile(r"[^<>&\"\\\x00-\x1f]+ <[^<>&\"\\\x00-\x20@]+@[^<>&\"\\\x00-\x20@]+>")
 
 
 @dataclass(frozen=True)
@@ -51,12 +58,14 @@ def generate(
     tex: bool = False,
     prefix: str | None = None,
     values: Values | None = None,
+    license: str = LICENSE,
+    maintainer: str = MAINTAINER,
 ) -> SourceTree:
-    """Generate a package of C, CasADi and MEX from a model.
+    """Generate a package of C, CasADi and MEX, or of another target, from a model.
 
     Args:
         model: a model of `derive`.
-        target: "c", "casadi", "mex" (with its C), or "all".
+        target: "c", "casadi", "mex" (with its C), or "all" of these; or a name in `TARGETS`.
         dtype: "double" or "float", for the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
             energy_regressor (and with friction_power if the robot has friction), NAME_payload.h
@@ -65,6 +74,8 @@ def generate(
         prefix: prefix of file and function names; by default the name of the robot. In float, it
             ends in f, so that one program can link both packages.
         values: values of the parameters, for NAME_values.h and the start values of MEX.
+        license: license of the package in manifests of other tools, as an SPDX expression.
+        maintainer: its maintainer there, as NAME <EMAIL>.
 
     Raises:
         PackageError: an option is unknown, or there is no kernel to write.
@@ -78,7 +89,13 @@ def generate(
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
     if values is not None:
         values.require(model.base)
-    package = Package(name, model, dtype, chosen, targets, values)
+    if not _LICENSE.fullmatch(license):
+        raise PackageError(
+            f"license {license!r}; accepted: an SPDX expression, such as BSD-3-Clause"
+        )
+    if not _MAINTAINER.fullmatch(maintainer):
+        raise PackageError(f"maintainer {maintainer!r}; accepted: NAME <EMAIL>")
+    package = Package(name, model, dtype, chosen, targets, values, license, maintainer)
     texts = {"robot.toml": robot_toml(model.robot)}
     for part in targets:
         texts |= TARGETS[part].files(package)
@@ -129,7 +146,7 @@ def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
 def _targets(target: str) -> tuple[str, ...]:
     """Return the targets to write: those that the target builds on, then the target itself."""
     if target == "all":
-        return tuple(TARGETS)
+        return ALL_TARGETS
     if target not in TARGETS:
         raise PackageError(f"target {target!r}; accepted: {', '.join(TARGETS)}, all")
     return (*TARGETS[target].BUILDS_ON, target)
@@ -152,6 +169,10 @@ def _options(package: Package, target: str, tex: bool) -> dict[str, Any]:
         options["tex"] = True
     if package.values is not None:
         options["values"] = vars(package.values)
+    if package.license != LICENSE:
+        options["license"] = package.license
+    if package.maintainer != MAINTAINER:
+        options["maintainer"] = package.maintainer
     return options
 
 

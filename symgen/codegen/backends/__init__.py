@@ -13,6 +13,7 @@ from symgen.codegen.model import Model
 from symgen.codegen.values import Values
 from symgen.codegen.verification import verification
 from symgen.files import rendered
+from symgen.names import LICENSE, MAINTAINER
 
 #: Version of the interface in C, CMake and pkg-config. The first number is that of the array
 #: layout.
@@ -30,6 +31,8 @@ class Package:
         kernels: the kernels to write.
         targets: the targets to write.
         values: values of the parameters, if known.
+        license: license in manifests of other tools: an SPDX expression, or LICENSE.
+        maintainer: maintainer there, as NAME <EMAIL>.
     """
 
     name: str
@@ -38,6 +41,8 @@ class Package:
     kernels: tuple[Kernel, ...]
     targets: tuple[str, ...] = ()
     values: Values | None = None
+    license: str = LICENSE
+    maintainer: str = MAINTAINER
 
     def has(self, *kernels: str) -> bool:
         """Return whether the package contains all these kernels."""
