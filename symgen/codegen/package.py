@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from symgen.codegen.backends import Backend, Package, c, casadi, mex
+from symgen.codegen.backends import Backend, Package, c, casadi, firmware, mex
 from symgen.codegen.c_printer import DTYPES
 from symgen.codegen.definition import Subject
 from symgen.codegen.kernel import Kernel
@@ -32,12 +32,12 @@ from symgen.robot.toml_text import robot_toml
 from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"
-TARGETS: dict[str, Backend] = {"c": c, "casadi": casadi, "mex": mex}
+TARGETS: dict[str, Backend] = {"c": c, "casadi": casadi, "mex": mex, "firmware": firmware}
 #: The targets of "all". Other targets are written only by name.
 ALL_TARGETS = ("c", "casadi", "mex")
 #: License and maintainer that stand in every manifest: no character that a format would escape.
 _LICENSE = re.compile(r"[A-Za-z0-9.+() -]+")
-_MAINTAINER = re.compile(r"[^<>&\"\\\x00-\x1f]+ <[^<>&\"\\\x00-\x20@]+@[^<>&\"\\\x00-\x20@]+>")
+_MAINTAINER = re.compile(r"[^<>&\"\\]+ <[^<>&\"\\\s@]+@[^<>&\"\\\s@]+>")
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def generate(
         raise PackageError(
             f"license {license!r}; accepted: an SPDX expression, such as BSD-3-Clause"
         )
-    if not _MAINTAINER.fullmatch(maintainer):
+    if not (maintainer.isprintable() and _MAINTAINER.fullmatch(maintainer)):
         raise PackageError(f"maintainer {maintainer!r}; accepted: NAME <EMAIL>")
     package = Package(name, model, dtype, chosen, targets, values, license, maintainer)
     texts = {"robot.toml": robot_toml(model.robot)}

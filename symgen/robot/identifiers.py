@@ -81,6 +81,15 @@ def c_identifiers(names: Iterable[str], empty: str) -> list[str]:
     return out
 
 
+def c_fields(names: Iterable[str]) -> list[str]:
+    """Return a variable of C in lower case for each name, which no macro of a board hides: A1
+    becomes a1, float becomes joint_float.
+    """
+    lower = (ending.lower() for ending in c_identifiers(names, "joint"))
+    fields = (name if fits_c(name) else f"joint_{name}" for name in lower)
+    return c_identifiers(fields, "joint")
+
+
 def c_comment(name: str) -> str:
     """Return a name as text for a C comment; the text cannot end the comment."""
     return re.sub(r"[^A-Za-z0-9 ._,:+()-]", "_", _ascii(name))[:_ENDING]

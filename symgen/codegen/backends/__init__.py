@@ -14,6 +14,7 @@ from symgen.codegen.values import Values
 from symgen.codegen.verification import verification
 from symgen.files import rendered
 from symgen.names import LICENSE, MAINTAINER
+from symgen.robot.identifiers import c_fields
 
 #: Version of the interface in C, CMake and pkg-config. The first number is that of the array
 #: layout.
@@ -47,6 +48,22 @@ class Package:
     def has(self, *kernels: str) -> bool:
         """Return whether the package contains all these kernels."""
         return set(kernels) <= {k.name for k in self.kernels}
+
+    @property
+    def spdx(self) -> str:
+        """The license for manifests that accept only SPDX expressions; "" if there is none."""
+        return "" if self.license == LICENSE else self.license
+
+    @property
+    def contact(self) -> tuple[str, str]:
+        """Name and e-mail address of the maintainer."""
+        name, _, address = self.maintainer.removesuffix(">").rpartition(" <")
+        return name, address
+
+    @property
+    def joint_fields(self) -> list[str]:
+        """A variable of C for each movable joint: its name, or q and its number."""
+        return c_fields(j.name or f"q{j.number}" for j in self.model.robot.movable)
 
     @cached_property
     def verified(self) -> Mapping[str, Any]:

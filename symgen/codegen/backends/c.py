@@ -58,7 +58,11 @@ def files(package: Package) -> dict[str, str]:
         "c/check.c", kernels=checked, digits=DIGITS, tolerance=tolerance
     )
     out["CMakeLists.txt"] = package.render(
-        "c/CMakeLists.txt", sources=sources, headers=" ".join(headers), example=bool(controller)
+        "c/CMakeLists.txt",
+        sources=sources,
+        headers=" ".join(headers),
+        example=bool(controller),
+        component="firmware" in package.targets,
     )
     out[f"{name}.pc.in"] = package.render("c/package.pc.in")
     return out | controller

@@ -1,0 +1,33 @@
+"""Firmware: the package as a library of Arduino, PlatformIO, ESP-IDF and Zephyr, and named fields.
+
+All these tools compile the .c files of the folder itself. CMakeLists.txt of the target "c" has the
+component of ESP-IDF.
+"""
+
+from __future__ import annotations
+
+from symgen.codegen.backends import Package
+from symgen.robot.identifiers import c_comment
+
+BUILDS_ON: tuple[str, ...] = ("c",)
+_SECTION = "==> "  # begins the path of each manifest in the template
+
+
+def files(package: Package) -> dict[str, str]:
+    """Return the manifests, and NAME_state.h."""
+    sentence = f"Dynamic model of the robot {package.model.robot.name} in its base parameters."
+    manifests = package.render(
+        "firmware/manifests.txt",
+        sentence=sentence,
+        maintainer=package.maintainer,
+        contact=package.contact,
+        license=package.spdx,
+    )
+    out = {}
+    for section in manifests.split(_SECTION)[1:]:
+        path, _, content = section.partition("\n")
+        out[path] = content
+    texts = [c_comment(joint.name) for joint in package.model.robot.movable]
+    fields = list(zip(package.joint_fields, texts, strict=True))
+    out[f"{package.name}_state.h"] = package.render("firmware/state.h", fields=fields)
+    return out
