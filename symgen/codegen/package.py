@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from symgen.codegen.backends import Backend, Package, c, casadi, firmware, mex
+from symgen.codegen.backends import Backend, Package, c, casadi, firmware, mex, rust
 from symgen.codegen.c_printer import DTYPES
 from symgen.codegen.definition import Subject
 from symgen.codegen.kernel import Kernel
@@ -32,7 +32,13 @@ from symgen.robot.toml_text import robot_toml
 from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"
-TARGETS: dict[str, Backend] = {"c": c, "casadi": casadi, "mex": mex, "firmware": firmware}
+TARGETS: dict[str, Backend] = {
+    "c": c,
+    "casadi": casadi,
+    "mex": mex,
+    "firmware": firmware,
+    "rust": rust,
+}
 #: The targets of "all". Other targets are written only by name.
 ALL_TARGETS = ("c", "casadi", "mex")
 #: License and maintainer that stand in every manifest: no character that a format would escape.
