@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from symgen.codegen.backends import Backend, Package, c, casadi, firmware, mex, rust
+from symgen.codegen.backends import Backend, Package, c, casadi, firmware, mex, rust, simulink
 from symgen.codegen.c_printer import DTYPES
 from symgen.codegen.definition import Subject
 from symgen.codegen.kernel import Kernel
@@ -38,6 +38,7 @@ TARGETS: dict[str, Backend] = {
     "mex": mex,
     "firmware": firmware,
     "rust": rust,
+    "simulink": simulink,
 }
 #: The targets of "all". Other targets are written only by name.
 ALL_TARGETS = ("c", "casadi", "mex")

@@ -222,4 +222,5 @@ def test_cc_and_ar_of_the_target_build_the_c(tmp_path: Path) -> None:
     failed = subprocess.run(
         command, cwd=crate, env={**os.environ, "CC": "no-such-compiler"}, capture_output=True
     )
-    assert b"no-such-compiler" in failed.stderr and failed.returncode != 0
+    assert failed.returncode != 0
+    assert b"no-such-compiler" in failed.stderr
