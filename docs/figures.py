@@ -22,9 +22,9 @@ from inserts import table
 DOCS = Path(__file__).resolve().parent
 PROJECT = DOCS.parent
 BENCHMARKS, STUDIES = PROJECT / "tests" / "benchmarks", PROJECT / "tests" / "studies"
-SPEED, GROWTH, MILLION, COMMANDS, EXPORT, IDENTIFIER = (
+SPEED, GROWTH, MILLION, COMMANDS, EXPORT, IDENTIFIER, FIRMWARE = (
     BENCHMARKS / f"{name}.json"
-    for name in ("speed", "growth", "million", "commands", "export", "identifier")
+    for name in ("speed", "growth", "million", "commands", "export", "identifier", "firmware")
 )
 INTERVALS, SPOILED, TAKEN_OUT = (
     STUDIES / f"{name}.json" for name in ("intervals", "spoiled", "taken_out")
@@ -277,6 +277,18 @@ def exported() -> str:
     )
     head = ("file", "position error after 1 s", "windows that diverge")
     return dated(table(head, rows), EXPORT)
+
+
+def firmware() -> str:
+    """Return code and stack of functions on two microcontrollers."""
+    rows = []
+    for row in figures(FIRMWARE)["rows"]:
+        arm, avr = (row[part] for part in ("cortex_m4", "atmega2560"))
+        sizes = (f"{part[key]:,}" for part in (arm, avr) for key in ("code", "stack"))
+        rows.append((row["robot"], str(row["joints"]), f"`{row['kernel']}`", *sizes))
+    bytes_of = [f"{chip}, {part}" for chip in ("Cortex-M4", "AVR") for part in ("code", "stack")]
+    head = ("robot", "joints", "function", *bytes_of)
+    return dated(table(head, rows), FIRMWARE)
 
 
 def in_short() -> str:
