@@ -6,8 +6,8 @@
 
 /* One number for each joint: positions, speeds, accelerations or torques, in the order of q. */
 typedef struct {{ name }}_state {
-{% for field, text in fields %}
-    {{ name }}_real {{ field }};{{ " /* %s */"|format(text) if text }}
+{% for field in fields %}
+    {{ name }}_real {{ field }};
 {% endfor %}
 } {{ name }}_state;
 
@@ -15,7 +15,7 @@ typedef struct {{ name }}_state {
 static inline {{ name }}_state {{ name }}_state_of(const {{ name }}_real array[{{ n }}])
 {
     {{ name }}_state state;
-{% for field, _ in fields %}
+{% for field in fields %}
     state.{{ field }} = array[{{ loop.index0 }}];
 {% endfor %}
     return state;
@@ -24,7 +24,7 @@ static inline {{ name }}_state {{ name }}_state_of(const {{ name }}_real array[{
 /* Write named fields to an array, as the functions of {{ name }}.h take it. */
 static inline void {{ name }}_state_to(const {{ name }}_state *state, {{ name }}_real array[{{ n }}])
 {
-{% for field, _ in fields %}
+{% for field in fields %}
     array[{{ loop.index0 }}] = state->{{ field }};
 {% endfor %}
 }

@@ -1,3 +1,17 @@
+{% macro declared(a) %}
+{{ a.name }}: {{ plain(a) if a.plain else "*mut Real" if a.written else "*const Real" }}
+{%- endmacro %}
+{% macro taken(a) %}
+{{ a.name }}: {{ plain(a) if a.plain else "&mut " if a.written else "&" }}
+{%- if not a.plain %}[Real; {{ "PARAMETERS" if a.name == "X" else a.size }}]{% endif %}
+{%- endmacro %}
+{% macro passed(a) %}
+{{ a.name }}{{ "" if a.plain else ".as_mut_ptr()" if a.written else ".as_ptr()" }}
+{%- endmacro %}
+{% macro plain(a) %}{{ "usize" if a.link else "Real" }}{% endmacro %}
+{% macro listed(what, k) %}
+{% for a in k.arguments %}{{ what(a) }}{{ ", " if not loop.last }}{% endfor %}
+{% endmacro %}
 //! {{ name }}: the dynamic model of the robot {{ robot }} in its base parameters.
 //!
 //! Units: rad, m, s, kg, N; tau in N m for a revolute joint, N for a prismatic one. Matrices are
@@ -7,7 +21,7 @@
 #![allow(clippy::approx_constant, clippy::excessive_precision)]
 
 /// The number type of all arrays.
-pub type Real = {{ real }};
+pub type Real = {{ "f64" if dtype == "double" else "f32" }};
 
 /// Number of joint variables.
 pub const JOINTS: usize = {{ n }};
@@ -34,7 +48,7 @@ pub mod parameter {
 
 /// Values of the base parameters, as in {{ name }}_values.h.
 pub const VALUES: [Real; PARAMETERS] = [
-{% for value in values %}
+{% for value in values.X %}
     {{ value }},
 {% endfor %}
 ];
@@ -60,7 +74,7 @@ impl core::fmt::Display for Status {
         })
     }
 }
-{% if fallible %}
+{% if kernels|selectattr("fallible")|first is defined %}
 
 fn checked(status: core::ffi::c_int) -> Result<(), Status> {
     match status {
@@ -75,7 +89,7 @@ fn checked(status: core::ffi::c_int) -> Result<(), Status> {
 extern "C" {
     fn {{ name }}_warm();
 {% for k in kernels %}
-    fn {{ name }}_{{ k.name }}({{ k.declared }}){{ " -> core::ffi::c_int" if k.fallible }};
+    fn {{ name }}_{{ k.name }}({{ listed(declared, k) }}){{ " -> core::ffi::c_int" if k.fallible }};
 {% endfor %}
 }
 
@@ -87,8 +101,8 @@ pub fn warm() {
 {% for k in kernels %}
 
 /// {{ k.doc|replace("[", "\\[") }}
-pub fn {{ k.name }}({{ k.taken }}){{ " -> Result<(), Status>" if k.fallible }} {
+pub fn {{ k.name }}({{ listed(taken, k) }}){{ " -> Result<(), Status>" if k.fallible }} {
     // SAFETY: the arrays have the lengths of the C prototype, and outputs are exclusive.
-    {{ "checked(unsafe { %s_%s(%s) })"|format(name, k.name, k.passed) if k.fallible else "unsafe { %s_%s(%s) }"|format(name, k.name, k.passed) }}
+    {{ "checked(" if k.fallible }}unsafe { {{ name }}_{{ k.name }}({{ listed(passed, k) }}) }{{ ")" if k.fallible }}
 }
 {% endfor %}

@@ -1,6 +1,6 @@
 % {{ name }}_simulink: the functions of {{ name }}.h as C Caller blocks of Simulink.
 %   {{ name }}_simulink() writes the library {{ name }}_blocks into the current folder.
-%   {{ name }}_simulink('NAME') sets the custom code of a loaded model, for C Caller blocks of its own.
+%   {{ name }}_simulink('NAME') sets the custom code of a loaded model, for C Caller blocks that it has.
 % Matrices leave a block as vectors, row by row. A function with a status has one more output: 0 is
 % success. The settings hold the path of this folder: run it again if the folder moves.
 % It was checked in Octave with stand-ins for new_system, add_block and set_param, not in Simulink.
@@ -19,11 +19,11 @@ function {{ name }}_simulink(model)
   set_custom_code(library);
   set_param(library, 'SimUseLocalCustomCode', 'on');
 {% for k in kernels %}
-  add_caller(library, {{ loop.index }}, '{{ k.name }}', { {% for word in k.ports %}'{{ word }}', {% endfor %}});
+  add_caller(library, {{ loop.index }}, '{{ k.name }}', { {% for a in k.arguments if a.written %}'{{ a.name }}', '{{ "InputOutput" if a.read else "Output" }}', {% endfor %}});
 {% endfor %}
 {% if values %}
   add_block('simulink/Sources/Constant', [library '/X'], 'Position', place({{ kernels|length + 1 }}), ...
-    'OutDataTypeStr', '{{ type }}', 'Value', '[{% for value in values %}{{ value }}; {% endfor %}]');
+    'OutDataTypeStr', '{{ "double" if dtype == "double" else "single" }}', 'Value', '[{% for value in values.X %}{{ value }}; {% endfor %}]');
 {% endif %}
   save_system(library);
 end

@@ -7,7 +7,6 @@ component of ESP-IDF.
 from __future__ import annotations
 
 from symgen.codegen.backends import Package
-from symgen.robot.identifiers import c_comment
 
 BUILDS_ON: tuple[str, ...] = ("c",)
 _SECTION = "==> "  # begins the path of each manifest in the template
@@ -23,11 +22,7 @@ def files(package: Package) -> dict[str, str]:
         contact=package.contact,
         license=package.spdx,
     )
-    out = {}
-    for section in manifests.split(_SECTION)[1:]:
-        path, _, content = section.partition("\n")
-        out[path] = content
-    texts = [c_comment(joint.name) for joint in package.model.robot.movable]
-    fields = list(zip(package.joint_fields, texts, strict=True))
-    out[f"{package.name}_state.h"] = package.render("firmware/state.h", fields=fields)
-    return out
+    sections = (section.partition("\n") for section in manifests.split(_SECTION)[1:])
+    out = {path: content for path, _, content in sections}
+    state = package.render("firmware/state.h", fields=package.joint_fields)
+    return {**out, f"{package.name}_state.h": state}
