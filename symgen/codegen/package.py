@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from symgen.codegen.backends import Backend, Package, c, casadi, firmware, mex, rust, simulink
+from symgen.codegen.backends import Backend, Package, c, casadi, firmware, mex, ros2, rust, simulink
 from symgen.codegen.c_printer import DTYPES
 from symgen.codegen.definition import Subject
 from symgen.codegen.kernel import Kernel
@@ -36,6 +36,7 @@ TARGETS: dict[str, Backend] = {
     "c": c,
     "casadi": casadi,
     "mex": mex,
+    "ros2": ros2,
     "firmware": firmware,
     "rust": rust,
     "simulink": simulink,
