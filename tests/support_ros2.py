@@ -1,7 +1,7 @@
 """ROS packages in tests: built with the installed pluginlib and stubs, and called from Python.
 
 class_loader, pluginlib, ament_cmake, urdfdom and Eigen are Debian's own; rclcpp, ros2_control,
-kinematics_interface and inverse_dynamics_solver are the stubs in tests/ros2/stubs, with the
+kinematics_interface and inverse_dynamics_solver are the stubs in tests/ros/stubs, with the
 signatures of each distribution.
 """
 
@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from packages import run
 
-HERE = Path(__file__).parent / "ros2"
+HERE = Path(__file__).parent / "ros"
 DISTRIBUTIONS = {"humble": 1, "jazzy": 2, "lyrical": 3}
 INSTALLED = ("pluginlib", "class_loader", "rcutils", "rcpputils", "ament_index_cpp", "eigen3")
 SYSTEM = [part for name in INSTALLED for part in ("-isystem", f"/usr/include/{name}")]

@@ -5,6 +5,7 @@ A package is kept in the cache, so that a second run with the same robot only wr
 
 from __future__ import annotations
 
+import shlex
 import sys
 from dataclasses import replace
 from functools import cache
@@ -18,6 +19,16 @@ from symgen.cli.progress import meter, say_progress
 from symgen.names import LICENSE, MAINTAINER
 from symgen.report.terminal import say, table
 
+#: The command that uses the files of a target, with the folder and the name of the package.
+_NEXT = {
+    "c": "cmake -S {folder} -B {folder}-build && cmake --build {folder}-build",
+    "casadi": "python {folder}/{name}_casadi.py --save {folder}",
+    "mex": 'octave --eval "cd {folder}/mex; {name}_build"',
+    "ros2": "colcon build --base-paths {folder}",
+    "firmware": "pio pkg pack {folder}",
+    "rust": "cargo build --manifest-path {folder}/Cargo.toml",
+    "simulink": 'matlab -batch "cd {folder}; {name}_simulink"',
+}
 #: Approximate share of the time for derivation; proof and writing take the rest.
 _DERIVING = 0.6
 
@@ -71,6 +82,7 @@ def generate(
     standard: bool,
     exact: bool,
     check: Path | None,
+    target: str,
     **options: Any,
 ) -> None:
     """Derive the model of ROBOT and write it as a package of C, CasADi and MEX.
@@ -90,6 +102,7 @@ def generate(
     if path.suffix.lower() in FORMATS:  # it can include other files
         source = symgen.read_robot(robot)
         content = symgen.robot_toml(source)
+    options |= {"target": target}
     request = content, dtype, kernels, prefix, standard, exact, options
     kept = Derivations.by(repr(request)) if parameters is None else Derivations(None)
 
@@ -143,3 +156,6 @@ def generate(
     for line in lines:
         click.echo(line)
     say(f"written: {folder} ({len(files)} files)")
+    used = _NEXT[target if target != "all" else "c"]
+    package = prefix or default_prefix(name, dtype)
+    say(f"next: {used.format(folder=shlex.quote(str(folder)), name=package)}")

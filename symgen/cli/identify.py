@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -163,6 +164,10 @@ def identify(
         say(f"try: {again('diagnose', into=f'{into}-why', **since)}")
     elif not (trusted and sound and estimate.unexplained is None):
         say(f"try: {again('diagnose', into=f'{into}-why')}")
+    else:
+        exactly = ["--exact"] if exact else []
+        line = shlex.join(["symgen", "generate", robot, *exactly, "--parameters", str(into)])
+        say(f"next: {line}")
     if said:
         say(f"note: {said}")
     say(f"written: {', '.join(map(str, written))}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -63,7 +64,7 @@ def test_an_unchanged_robot_is_written_without_a_heavy_import():
     shutil.copy("arm.toml", "same.toml")
     code, again, modules = separate("generate", "same.toml", "--into", "two", *FAST)
     assert (code, modules) == (0, "")
-    assert again == first.replace("written: one", "written: two")
+    assert again == re.sub(r"\bone\b", "two", first)
     assert content("two") == content("one")
     assert separate("generate", "arm.toml", "--check", "one", *FAST) == (
         0, "  deriving planar2r\n", "",
