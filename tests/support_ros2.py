@@ -90,7 +90,9 @@ class Host:
             self.library.set_names(self.handle, key, ",".join(value).encode())
         else:
             numbers = np.array(value, float)
-            self.library.set_numbers(self.handle, key, pointer(numbers), len(numbers))
+            whole = len(value) > 0 and all(type(x) is int for x in value)
+            call = self.library.set_integers if whole else self.library.set_numbers
+            call(self.handle, key, pointer(numbers), len(numbers))
 
     def log(self) -> str:
         """Return the last message."""
@@ -121,8 +123,16 @@ class Host:
         q = np.asarray(q, float)
         speed = np.zeros(len(q)) if qd is None else np.asarray(qd, float)
         state = np.stack([q, speed], axis=1).ravel()
-        tau = np.zeros(len(q))
-        return None if self.library.cycle(self.handle, pointer(state), pointer(tau)) else tau
+        return None if self.library.cycle(self.handle, pointer(state)) else self.commands(len(q))
+
+    def commands(self, n: int) -> np.ndarray:
+        """Return the torques that the hardware has."""
+        tau = np.zeros(n)
+        self.library.get_commands(self.handle, pointer(tau))
+        return tau
+
+    def deactivate(self) -> None:
+        self.library.deactivate(self.handle)
 
     def load(self, frame: str, mass: float, com: Any = (0, 0, 0), inertia: Any = (0,) * 6) -> str:
         """Publish a load; return the message of the log."""

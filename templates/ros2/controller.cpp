@@ -1,4 +1,5 @@
 // A chainable controller for ros2_control that sends joint torques of the model of {{ robot }}.
+#include <Eigen/Dense>
 #include <geometry_msgs/msg/inertia_stamped.hpp>
 #include <pluginlib/class_list_macros.hpp>
 #include <rclcpp/rclcpp.hpp>
@@ -11,6 +12,7 @@
 
 #include <limits>
 #include <memory>
+#include <mutex>
 
 #include "model.hpp"
 
@@ -34,55 +36,55 @@ using geometry_msgs::msg::InertiaStamped;
 
 constexpr double NONE = std::numeric_limits<double>::quiet_NaN();
 
-// Handles of point releases differ within a distribution: they have get_optional, or get_value alone.
+// Handles of point releases differ within a distribution: they have get_optional, which gives nothing
+// while another thread writes, or get_value alone.
 template <class Handle>
-auto value_of(const Handle & handle, int) -> decltype(handle.get_optional().value_or(NONE))
+auto value_of(const Handle & handle, double before, int)
+-> decltype(handle.get_optional().value_or(before))
 {
-  return handle.get_optional().value_or(NONE);
+  return handle.get_optional().value_or(before);
 }
 
 template <class Handle>
-double value_of(const Handle & handle, long)
+double value_of(const Handle & handle, double, long)
 {
   return handle.get_value();
 }
 
 /// Return why a load is refused; "" if X has it now. The message states mass, centre of mass, and
 /// inertia about the centre of mass, in the frame of the link frame_id.
-std::string add_load(const InertiaStamped & message, Parameters & X)
+std::string add_load(const InertiaStamped & message, const std::string & prefix, Parameters & X)
 {
   const auto & body = message.inertia;
   const std::string & frame = message.header.frame_id;
-  const Link * const link = find_link(frame);
+  const Link * const link = find_link(frame, prefix);
   if (link == nullptr) {
     return "frame_id '" + frame + "' is not a link of the model; links: " + listed_links();
   }
   if (link->joint == 0u) {
     return "link " + frame + " does not move";
   }
-  const double center[3] = {body.com.x, body.com.y, body.com.z};
-  const double inertia[3][3] = {
-    {body.ixx, body.ixy, body.ixz}, {body.ixy, body.iyy, body.iyz}, {body.ixz, body.iyz, body.izz}};
-  double moved[3];
-  double turned[3][3] = {};
-  double sum = body.m;
-  for (int i = 0; i < 3; ++i) {
-    const Real * const row = link->frame + 4 * i;
-    moved[i] = row[0] * center[0] + row[1] * center[1] + row[2] * center[2] + row[3];
-    sum += moved[i];
-    for (int j = 0; j < 3; ++j) {
-      for (int k = 0; k < 9; ++k) {
-        turned[i][j] += row[k / 3] * inertia[k / 3][k % 3] * link->frame[4 * j + k % 3];
-      }
-      sum += turned[i][j];
-    }
-  }
-  if (!std::isfinite(sum) || body.m < 0.0) {
+  Eigen::Vector3d center(body.com.x, body.com.y, body.com.z);
+  Eigen::Matrix3d inertia;
+  inertia << body.ixx, body.ixy, body.ixz, body.ixy, body.iyy, body.iyz, body.ixz, body.iyz, body.izz;
+  if (!std::isfinite(body.m) || !center.allFinite() || !inertia.allFinite() || body.m < 0.0) {
     return "mass, centre of mass and inertia must be finite, and the mass at least 0";
   }
-  const Real com[3] = {Real(moved[0]), Real(moved[1]), Real(moved[2])};
-  const Real about_com[6] = {Real(turned[0][0]), Real(turned[0][1]), Real(turned[0][2]),
-    Real(turned[1][1]), Real(turned[1][2]), Real(turned[2][2])};
+  const Eigen::Vector3d moments = inertia.selfadjointView<Eigen::Lower>().eigenvalues();
+  if (moments.minCoeff() < -1e-9 * moments.cwiseAbs().maxCoeff()) {
+    return "the inertia has a negative principal moment";
+  }
+  if (!(body.m > 0.0)) {
+    return "";
+  }
+  using Transform = Eigen::Matrix<Real, 4, 4, Eigen::RowMajor>;
+  const Eigen::Matrix4d place = Eigen::Map<const Transform>(link->frame).cast<double>();
+  const Eigen::Matrix3d turn = place.topLeftCorner<3, 3>();
+  center = turn * center + place.topRightCorner<3, 1>();
+  inertia = turn * inertia * turn.transpose();
+  const Real com[3] = {Real(center[0]), Real(center[1]), Real(center[2])};
+  const Real about_com[6] = {Real(inertia(0, 0)), Real(inertia(0, 1)), Real(inertia(0, 2)),
+    Real(inertia(1, 1)), Real(inertia(1, 2)), Real(inertia(2, 2))};
   const int status = {{ name }}_add_body(X.data(), link->joint, Real(body.m), com, about_com);
   return status == {{ name }}_OK ? "" : "the model cannot carry a load on link " + frame;
 }
@@ -93,24 +95,18 @@ class ModelController : public controller_interface::ChainableControllerInterfac
 public:
   CallbackReturn on_init() override
   {
-    auto_declare<std::string>("feedforward", "gravity");
-    auto_declare<Names>("joints", joint_names());
-    auto_declare<std::vector<double>>("gains.p", {});
-    auto_declare<std::vector<double>>("gains.d", {});
-    auto_declare<std::vector<double>>("torque_limits", default_limits());
-    auto_declare<std::vector<double>>("model.X", {});
-    auto_declare<std::string>("model.digest", "");
-{% if gravity_input %}
-    auto_declare<std::vector<double>>("gravity", {DOWN.begin(), DOWN.end()});
-{% endif %}
-#ifndef {{ name }}_TIMED_REFERENCES
-    auto_declare<std::string>("robot_description", "");
-#endif
+    try {
+      declare();
+    } catch (const std::exception & error) {  // a parameter of another type: integers in a list
+      RCLCPP_ERROR(get_node()->get_logger(), "%s", error.what());
+      return CallbackReturn::ERROR;
+    }
     return CallbackReturn::SUCCESS;
   }
-
   CallbackReturn on_configure(const rclcpp_lifecycle::State &) override
   {
+    const std::lock_guard<std::mutex> lock(configuring_);
+    payload_.reset();
     const std::string reason = take_settings();
     if (!reason.empty()) {
       RCLCPP_ERROR(get_node()->get_logger(), "%s", reason.c_str());
@@ -122,15 +118,23 @@ public:
     return CallbackReturn::SUCCESS;
   }
 
+  CallbackReturn on_cleanup(const rclcpp_lifecycle::State &) override
+  {
+    payload_.reset();
+    return CallbackReturn::SUCCESS;
+  }
+
   CallbackReturn on_activate(const rclcpp_lifecycle::State &) override
   {
     hold_.fill(Real(NONE));
+    measured_.fill(NONE);
     forget_references();
     return CallbackReturn::SUCCESS;
   }
 
   CallbackReturn on_deactivate(const rclcpp_lifecycle::State &) override
   {
+    send(Joints{});
     forget_references();
     return CallbackReturn::SUCCESS;
   }
@@ -150,11 +154,12 @@ protected:
   std::vector<hardware_interface::CommandInterface::SharedPtr> on_export_reference_interfaces_list()
   override
   {
+    const std::string node = get_node()->get_name();  // the prefix that every distribution accepts
     references_.clear();
     for (const std::string & name : names_) {
       for (const std::string & kind : kinds_) {
         references_.push_back(
-          std::make_shared<hardware_interface::CommandInterface>(prefix(name), kind));
+          std::make_shared<hardware_interface::CommandInterface>(node, name + "/" + kind));
       }
     }
     forget_references();
@@ -164,11 +169,12 @@ protected:
   std::vector<hardware_interface::CommandInterface> on_export_reference_interfaces() override
   {
     reference_interfaces_.assign(JOINTS * kinds_.size(), NONE);
+    const std::string node = get_node()->get_name();  // the prefix that every distribution accepts
     std::vector<hardware_interface::CommandInterface> exported;
     double * value = reference_interfaces_.data();
     for (const std::string & name : names_) {
       for (const std::string & kind : kinds_) {
-        exported.emplace_back(prefix(name), kind, value++);
+        exported.emplace_back(node, name + "/" + kind, value++);
       }
     }
     return exported;
@@ -202,7 +208,7 @@ protected:
     Joints feedback{};
     Joints tau;
     for (std::size_t j = 0; j < JOINTS; ++j) {
-      q[j] = Real(value_of(state_interfaces_[2 * j], 0));
+      q[j] = Real(measure(2 * j));
     }
     if (full_) {
       for (std::size_t j = 0; j < JOINTS; ++j) {
@@ -210,29 +216,15 @@ protected:
       }
     }
     // qd is the speed of the reference: measured noise at rest would make Coulomb friction chatter.
-{% if fallible %}
-    if ({{ name }}_inverse_dynamics(q.data(), qd.data(), qdd.data(), X.data(){{ g }}, tau.data()) !=
-      {{ name }}_OK)
-    {
-      return return_type::ERROR;
-    }
-{% else %}
     {{ name }}_inverse_dynamics(q.data(), qd.data(), qdd.data(), X.data(){{ g }}, tau.data());
-{% endif %}
     bool finite = true;
     for (std::size_t j = 0; j < JOINTS; ++j) {
       const double effort = reference(j, kinds_.size() - 1);
       tau[j] += feedback[j] + Real(std::isfinite(effort) ? effort : 0.0);
       finite = finite && std::isfinite(tau[j]);
     }
-    if (!finite) {
-      return return_type::ERROR;  // no torque is sent
-    }
-    for (std::size_t j = 0; j < JOINTS; ++j) {
-      const Real sent = std::clamp(tau[j], -limits_[j], limits_[j]);
-      static_cast<void>(command_interfaces_[j].set_value(double(sent)));
-    }
-    return return_type::OK;
+    send(finite ? tau : Joints{});
+    return finite ? return_type::OK : return_type::ERROR;
   }
 
 private:
@@ -245,9 +237,37 @@ private:
 {% endif %}
   }
 
-  std::string prefix(const std::string & joint) const
+  void declare()
   {
-    return std::string(get_node()->get_name()) + "/" + joint;
+    auto_declare<std::string>("feedforward", "gravity");
+    auto_declare<Names>("joints", joint_names());
+    auto_declare<std::string>("prefix", "");
+    auto_declare<std::vector<double>>("gains.p", {});
+    auto_declare<std::vector<double>>("gains.d", {});
+    auto_declare<std::vector<double>>("torque_limits", default_limits());
+    auto_declare<std::vector<double>>("model.X", {});
+    auto_declare<std::string>("model.digest", "");
+{% if gravity_input %}
+    auto_declare<std::vector<double>>("gravity", {DOWN.begin(), DOWN.end()});
+{% endif %}
+#ifndef {{ name }}_TIMED_REFERENCES
+    auto_declare<std::string>("robot_description", "");
+#endif
+  }
+
+  void send(const Joints & tau)
+  {
+    for (std::size_t j = 0; j < command_interfaces_.size(); ++j) {
+      const Real sent = std::clamp(tau[j], -limits_[j], limits_[j]);
+      static_cast<void>(command_interfaces_[j].set_value(double(sent)));
+    }
+  }
+
+  /// Return a state, or where it is busy the one of the cycle before.
+  double measure(std::size_t place)
+  {
+    measured_[place] = value_of(state_interfaces_[place], measured_[place], 0);
+    return measured_[place];
   }
 
   InterfaceConfiguration interfaces(const Names & kinds) const
@@ -279,7 +299,7 @@ private:
     for (std::size_t j = 0; j < JOINTS; ++j) {
       out[j] = Real(values.empty() ? otherwise : values[j]);
       if (!(out[j] >= 0)) {
-        return name + " has a number below 0";
+        return name + " must have numbers of at least 0";
       }
     }
     return "";
@@ -295,26 +315,28 @@ private:
     full_ = feedforward == "full";
     kinds_ = full_ ? Names{"position", "velocity", "acceleration", "effort"} : Names{"effort"};
     names_ = setting<Names>("joints");
-    if (names_.size() != JOINTS) {
-      return "joints has " + std::to_string(names_.size()) + " names; the model has " +
-             std::to_string(JOINTS) + ": " + listed(joint_names());
-    }
+    prefix_ = setting<std::string>("prefix");
+    const auto X = setting<std::vector<double>>("model.X");
     const double unlimited = std::numeric_limits<double>::infinity();
-    std::string reason = take_list("gains.p", 0.0, p_);
-    reason += take_list("gains.d", 0.0, d_);
-    reason += take_list("torque_limits", unlimited, limits_);
+    const std::string reasons[] = {
+      take_list("gains.p", 0.0, p_),
+      take_list("gains.d", 0.0, d_),
+      take_list("torque_limits", unlimited, limits_),
 {% if gravity_input %}
-    const auto gravity = setting<std::vector<double>>("gravity");
-    if (gravity.size() != 3u) {
-      return "gravity has " + std::to_string(gravity.size()) + " numbers; accepted: 3, in m/s2";
-    }
-    std::copy_n(gravity.begin(), 3, gravity_.begin());
+      take_gravity(setting<std::vector<double>>("gravity"), gravity_),
 {% endif %}
-    if (reason.empty()) {
-      reason = take_parameters(
-        setting<std::vector<double>>("model.X"), setting<std::string>("model.digest"), X_);
+      take_parameters(X, setting<std::string>("model.digest"), X_),
+      description_mismatch(),
+    };
+    for (const std::string & reason : reasons) {
+      if (!reason.empty()) {
+        return reason;
+      }
     }
-    return reason.empty() ? description_mismatch() : reason;
+    if (full_ && !(*std::max_element(p_.begin(), p_.end()) > 0)) {
+      return "feedforward full needs gains.p above 0: without feedback, no position is followed";
+    }
+    return "";
   }
 
   std::string description_mismatch() const
@@ -327,15 +349,15 @@ private:
     if (description.empty()) {
       RCLCPP_WARN(get_node()->get_logger(),
         "no robot_description: the names of the joints are not checked");
-      return "";
     }
     return joint_mismatch(description, names_);
   }
 
   void take_load(const InertiaStamped & message)
   {
+    const std::lock_guard<std::mutex> lock(configuring_);
     Parameters loaded = X_;
-    const std::string reason = add_load(message, loaded);
+    const std::string reason = add_load(message, prefix_, loaded);
     if (!reason.empty()) {
       RCLCPP_ERROR(get_node()->get_logger(), "payload refused: %s", reason.c_str());
       return;
@@ -347,7 +369,7 @@ private:
   {
     const std::size_t place = joint * kinds_.size() + kind;
 #ifdef {{ name }}_LISTED_REFERENCES
-    return place < references_.size() ? value_of(*references_[place], 0) : NONE;
+    return place < references_.size() ? value_of(*references_[place], NONE, 0) : NONE;
 #else
     return place < reference_interfaces_.size() ? reference_interfaces_[place] : NONE;
 #endif
@@ -378,11 +400,12 @@ private:
     } else if (!std::isfinite(hold_[j])) {
       hold_[j] = q;
     }
-    const Real measured = Real(value_of(state_interfaces_[2 * j + 1], 0));
-    feedback = p_[j] * (hold_[j] - q) + d_[j] * (qd - measured);
+    feedback = p_[j] * (hold_[j] - q) + d_[j] * (qd - Real(measure(2 * j + 1)));
   }
 
+  std::mutex configuring_;  // of settings and loads; a cycle does not take it
   bool full_ = false;
+  std::string prefix_;
   Names names_;
   Names kinds_;
   Parameters X_{};
@@ -390,6 +413,7 @@ private:
   Joints d_{};
   Joints limits_{};
   Joints hold_{};
+  std::array<double, 2 * JOINTS> measured_{};
 {% if gravity_input %}
   Gravity gravity_ = DOWN;
 {% endif %}

@@ -13,11 +13,13 @@ namespace {{ package }}
 {
 using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 using Inverse = Eigen::Matrix<double, Eigen::Dynamic, 6>;
+using Pose = Eigen::Matrix<double, 7, 1>;
 using Twist = Eigen::Matrix<double, 6, 1>;
 using ParametersInterface = std::shared_ptr<rclcpp::node_interfaces::NodeParametersInterface>;
 
 /// Joints are those of joint_names(), links those of links() and the root of robot_description.
-/// Poses and Jacobians are in the frame of the link `base`, a parameter, by default the root.
+/// Parameters: `base`, the link in whose frame poses and Jacobians are, by default the root; `joints`,
+/// the names of the joints, and `prefix`, that of links, in robot_description; `alpha`, the damping.
 ///
 /// Distributions have other base classes. Methods without `override` are virtual in some of them.
 class Kinematics : public kinematics_interface::KinematicsInterface
@@ -31,9 +33,7 @@ public:
   // Humble
   bool initialize(ParametersInterface parameters, const std::string &)
   {
-    rclcpp::Parameter found;
-    const bool described = parameters->get_parameter("robot_description", found);
-    return start(described ? found.as_string() : "", parameters, "");
+    return start("", parameters, "");
   }
 
   // Jazzy and later
@@ -119,9 +119,7 @@ public:
 
   /// The constant twist that takes x_a to x_b in dt: rotation vector, in the axes of the base. Poses
   /// are x, y, z and the quaternion x, y, z, w.
-  bool calculate_frame_difference(
-    Eigen::Matrix<double, 7, 1> & x_a, Eigen::Matrix<double, 7, 1> & x_b, double dt,
-    Twist & delta_x)
+  bool calculate_frame_difference(const Pose & x_a, const Pose & x_b, double dt, Twist & delta_x)
   {
     if (!(dt > 0.0)) {
       RCLCPP_ERROR(logger(), "the period is %g s; accepted: above 0", dt);
@@ -135,6 +133,13 @@ public:
     return true;
   }
 
+  bool calculate_frame_difference(Pose & x_a, Pose & x_b, double dt, Twist & delta_x)
+  {
+    const Pose & a = x_a;
+    const Pose & b = x_b;
+    return calculate_frame_difference(a, b, dt, delta_x);
+  }
+
 private:
   static rclcpp::Logger logger()
   {
@@ -142,24 +147,34 @@ private:
   }
 
   bool start(
-    const std::string & description, const ParametersInterface & parameters,
-    const std::string & prefix)
+    std::string description, const ParametersInterface & parameters, const std::string & start)
   {
+    Names names = joint_names();
+    std::string base;
+    rclcpp::Parameter found;
+    if (description.empty() && parameters->get_parameter("robot_description", found)) {
+      description = found.as_string();
+    }
+    if (parameters->get_parameter(start + "alpha", found)) {
+      alpha_ = found.as_double();
+    }
+    if (parameters->get_parameter(start + "base", found)) {
+      base = found.as_string();
+    }
+    if (parameters->get_parameter(start + "joints", found)) {
+      names = found.as_string_array();
+    }
+    if (parameters->get_parameter(start + "prefix", found)) {
+      prefix_ = found.as_string();
+    }
     const std::string reason =
-      description.empty() ? "no robot_description" : joint_mismatch(description, joint_names());
+      description.empty() ? "no robot_description" : joint_mismatch(description, names);
     if (!reason.empty()) {
       RCLCPP_ERROR(logger(), "%s", reason.c_str());
       return false;
     }
     root_ = urdf::parseURDF(description)->getRoot()->name;
-    std::string base = root_;
-    rclcpp::Parameter found;
-    if (parameters->get_parameter(prefix + "alpha", found)) {
-      alpha_ = found.as_double();
-    }
-    if (parameters->get_parameter(prefix + "base", found) && !found.as_string().empty()) {
-      base = found.as_string();
-    }
+    base = base.empty() ? root_ : base;
     const Link * const link = find(base);
     if (link == nullptr || link->joint != 0u) {
       RCLCPP_ERROR(logger(), "base is '%s'; accepted: a link that does not move", base.c_str());
@@ -174,7 +189,7 @@ private:
   {
     static const Real same[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     static const Link root{"", 0u, same};  // frame 0 of the model is that of the root
-    return link_name == root_ ? &root : find_link(link_name);
+    return link_name == root_ ? &root : find_link(link_name, prefix_);
   }
 
   bool right_size(const Eigen::VectorXd & values) const
@@ -232,6 +247,7 @@ private:
   bool ready_ = false;
   double alpha_ = 5e-6;
   std::string root_;
+  std::string prefix_;
   Eigen::Isometry3d base_ = Eigen::Isometry3d::Identity();
 };
 }  // namespace {{ package }}

@@ -32,7 +32,7 @@ using Parameters = std::array<Real, PARAMETERS>;
 using Names = std::vector<std::string>;
 {% if gravity_input %}
 
-/// Gravity in frame 0 of the model, m/s2: parameter `gravity` of the controller.
+/// Gravity in frame 0 of the model, m/s2: parameter `gravity`.
 using Gravity = std::array<Real, 3>;
 constexpr Gravity DOWN{0, 0, Real(-9.81)};
 {% endif %}
@@ -69,10 +69,11 @@ inline const std::vector<Link> & links()
   return known;
 }
 
-inline const Link * find_link(const std::string & name)
+/// Return the link of a name that begins with a prefix; nullptr without one.
+inline const Link * find_link(const std::string & name, const std::string & prefix)
 {
   for (const Link & link : links()) {
-    if (name == link.name) {
+    if (name == prefix + link.name) {
       return &link;
     }
   }
@@ -97,9 +98,17 @@ inline std::string listed_links()
   return listed(names);
 }
 
-/// Return why these joints do not belong to a robot description, with both lists; "" if they do.
+/// Return why these joints do not belong to the model or to a robot description, if there is one;
+/// "" if they do.
 inline std::string joint_mismatch(const std::string & description, const Names & names)
 {
+  if (names.size() != JOINTS) {
+    return "joints has " + std::to_string(names.size()) + " names; the model has " +
+           std::to_string(JOINTS) + ": " + listed(joint_names());
+  }
+  if (description.empty()) {
+    return "";
+  }
   const auto robot = urdf::parseURDF(description);
   if (!robot) {
     return "robot_description is not a URDF";
@@ -122,11 +131,23 @@ inline std::string joint_mismatch(const std::string & description, const Names &
 inline std::string model_digest()
 {
   char text[32];
-  std::snprintf(text, sizeof text, "0x%016llx",
+  std::snprintf(text, sizeof text, "sha256:%016llx",
     static_cast<unsigned long long>({{ name }}_MODEL_DIGEST));
   return text;
 }
 
+{% if gravity_input %}
+/// Take the parameter `gravity` of the node. Return why it is refused; "" if it is taken.
+inline std::string take_gravity(const std::vector<double> & values, Gravity & gravity)
+{
+  if (values.size() != gravity.size()) {
+    return "gravity has " + std::to_string(values.size()) + " numbers; accepted: 3, in m/s2";
+  }
+  std::copy_n(values.begin(), gravity.size(), gravity.begin());
+  return "";
+}
+
+{% endif %}
 /// Take the parameters X of the node, or without any those of {{ name }}_values.h. Return why they
 /// are refused; "" if they are taken.
 inline std::string take_parameters(

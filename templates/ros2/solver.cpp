@@ -13,7 +13,8 @@ using inverse_dynamics_solver::InvalidParameterValueException;
 using Vector = Eigen::VectorXd;
 
 /// Vectors have an entry for each joint, in the order of joint_names(). Parameters, in the given
-/// namespace: X, digest, and friction (false): whether getTorques includes friction.
+/// namespace: X, digest, joints{{ ", gravity" if gravity_input }}, and friction (false): whether getTorques includes friction. Effects
+/// of the robot file, such as springs, are not in these torques.
 class InverseDynamicsSolver : public inverse_dynamics_solver::InverseDynamicsSolver
 {
 public:
@@ -23,25 +24,43 @@ public:
   {
     std::vector<double> X;
     std::string digest;
-    if (parameters_interface) {
-      const std::string start = param_namespace.empty() ? "" : param_namespace + ".";
-      rclcpp::Parameter found;
-      if (parameters_interface->get_parameter(start + "X", found)) {
-        X = found.as_double_array();
-      }
-      if (parameters_interface->get_parameter(start + "digest", found)) {
-        digest = found.as_string();
-      }
-      if (parameters_interface->get_parameter(start + "friction", found)) {
-        friction_ = found.as_bool();
-      }
+    Names names = joint_names();
+{% if gravity_input %}
+    std::vector<double> gravity(DOWN.begin(), DOWN.end());
+{% endif %}
+    const std::string start = param_namespace.empty() ? "" : param_namespace + ".";
+    rclcpp::Parameter found;
+    const auto has = [&](const char * name) {
+        return parameters_interface && parameters_interface->get_parameter(start + name, found);
+      };
+    if (has("X")) {
+      X = found.as_double_array();
     }
-    std::string reason = take_parameters(X, digest, X_);
-    if (reason.empty() && !robot_description.empty()) {
-      reason = joint_mismatch(robot_description, joint_names());
+    if (has("digest")) {
+      digest = found.as_string();
     }
-    if (!reason.empty()) {
-      throw InvalidParameterValueException(reason);
+    if (has("joints")) {
+      names = found.as_string_array();
+    }
+    if (has("friction")) {
+      friction_ = found.as_bool();
+    }
+{% if gravity_input %}
+    if (has("gravity")) {
+      gravity = found.as_double_array();
+    }
+{% endif %}
+    const std::string reasons[] = {
+{% if gravity_input %}
+      take_gravity(gravity, gravity_),
+{% endif %}
+      take_parameters(X, digest, X_),
+      joint_mismatch(robot_description, names),
+    };
+    for (const std::string & reason : reasons) {
+      if (!reason.empty()) {
+        throw InvalidParameterValueException(reason);
+      }
     }
     rigid_ = X_;
     std::fill(rigid_.begin() + {{ name }}_INERTIAL, rigid_.end(), Real(0));
@@ -60,8 +79,7 @@ public:
     const Vector & joint_positions, const Vector & joint_velocities) const override
   {
     const Vector still = Vector::Zero(JOINTS);
-    return torques(joint_positions, joint_velocities, still, rigid_) -
-           getGravityVector(joint_positions);
+    return torques(joint_positions, joint_velocities, still) - getGravityVector(joint_positions);
   }
 
   Vector getGravityVector(const Vector & joint_positions) const override
@@ -84,8 +102,11 @@ public:
     const Vector & joint_positions, const Vector & joint_velocities,
     const Vector & joint_accelerations) const override
   {
-    return torques(
-      joint_positions, joint_velocities, joint_accelerations, friction_ ? X_ : rigid_);
+    Vector tau = torques(joint_positions, joint_velocities, joint_accelerations);
+    if (friction_) {
+      tau += getFrictionVector(joint_velocities);
+    }
+    return tau;
   }
 
 private:
@@ -108,23 +129,15 @@ private:
     return Eigen::Map<const Eigen::Matrix<Real, JOINTS, 1>>(values.data()).template cast<double>();
   }
 
+  /// Return the torques of the rigid bodies.
   Vector torques(
-    const Vector & positions, const Vector & velocities, const Vector & accelerations,
-    const Parameters & X) const
+    const Vector & positions, const Vector & velocities, const Vector & accelerations) const
   {
     const Joints q = joints(positions);
     const Joints qd = joints(velocities);
     const Joints qdd = joints(accelerations);
     Joints tau;
-{% if fallible %}
-    if ({{ name }}_inverse_dynamics(q.data(), qd.data(), qdd.data(), X.data(){{ g }}, tau.data()) !=
-      {{ name }}_OK)
-    {
-      throw std::runtime_error("an effect of the load leaves no unique torque");
-    }
-{% else %}
-    {{ name }}_inverse_dynamics(q.data(), qd.data(), qdd.data(), X.data(){{ g }}, tau.data());
-{% endif %}
+    {{ name }}_inverse_dynamics(q.data(), qd.data(), qdd.data(), rigid_.data(){{ g }}, tau.data());
     return vector(tau);
   }
 

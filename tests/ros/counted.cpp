@@ -34,11 +34,12 @@ int main(int, char ** arguments)
 {
   Host * const host = open_host(arguments[1]);
   set_text(host, "feedforward", "full");
+  const std::vector<double> gains(6, 10.0);
+  set_numbers(host, "gains.p", gains.data(), 6);
   if (start_controller(host, arguments[2], "") != 0) {
     return 1;
   }
   std::vector<double> state(host->names[1].size(), 0.1);
-  std::vector<double> command(host->names[0].size());
   const std::vector<double> references(host->names[2].size(), 0.2);
   const double body[10] = {1.0};
   std::mutex mutex;
@@ -47,7 +48,7 @@ int main(int, char ** arguments)
   for (int i = 0; i < 100; ++i) {
     publish_load(host, "tool0", body);
     counting = true;
-    cycle(host, state.data(), command.data());
+    cycle(host, state.data());
     counting = false;
   }
   std::printf("allocations %d locks %d ", allocations, locks);

@@ -109,6 +109,11 @@ void set_numbers(Host * host, const char * name, const double * values, int coun
   host->parameters[name] = std::vector<double>(values, values + count);
 }
 
+void set_integers(Host * host, const char * name, const double * values, int count)
+{
+  host->parameters[name] = std::vector<std::int64_t>(values, values + count);
+}
+
 /// Set names, separated by commas.
 void set_names(Host * host, const char * name, const char * text)
 {
@@ -170,7 +175,22 @@ const char * interface_names(Host * host, int kind)
   return text.c_str();
 }
 
-int chain(Host * host, int chained) {return host->controller->set_chained_mode(chained != 0);}
+/// Switch the mode as a controller manager does, which refuses it while the controller is active.
+void chain(Host * host, int chained)
+{
+  host->controller->on_deactivate({});
+  host->controller->set_chained_mode(chained != 0);
+  host->controller->on_activate({});
+}
+
+void deactivate(Host * host) {host->controller->on_deactivate({});}
+
+void get_commands(Host * host, double * command)
+{
+  for (std::size_t i = 0; i < host->commands.size(); ++i) {
+    command[i] = get(*host->commands[i]);
+  }
+}
 
 void set_references(Host * host, const double * values)
 {
@@ -179,17 +199,13 @@ void set_references(Host * host, const double * values)
   }
 }
 
-/// One cycle: the state in the order of the state interfaces, and the commands.
-int cycle(Host * host, const double * state, double * command)
+/// One cycle: the state in the order of the state interfaces.
+int cycle(Host * host, const double * state)
 {
   for (std::size_t i = 0; i < host->states.size(); ++i) {
     set(*host->states[i], state[i]);
   }
-  const auto status = host->controller->update(rclcpp::Time(), rclcpp::Duration());
-  for (std::size_t i = 0; i < host->commands.size(); ++i) {
-    command[i] = get(*host->commands[i]);
-  }
-  return static_cast<int>(status);
+  return static_cast<int>(host->controller->update(rclcpp::Time(), rclcpp::Duration()));
 }
 
 /// Publish a load: mass, centre of mass (3), inertia xx xy xz yy yz zz.

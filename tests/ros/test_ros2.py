@@ -127,7 +127,7 @@ def test_controllers_yaml_names_the_joints_and_the_model(arm):
     assert parameters["joints"] == arm.joints
     assert parameters["torque_limits"] == [330, 330, 150, 54, 54, 54]
     header = (arm.package / "model" / "ur10.h").read_text()
-    assert f"DIGEST {parameters['model']['digest']}ULL" in header
+    assert f"DIGEST 0x{parameters['model']['digest'].removeprefix('sha256:')}ULL" in header
     manager = settings["controller_manager"]["ros__parameters"]
     assert manager["ur10_model_controller"]["type"] == parameters["type"]
 
@@ -251,7 +251,7 @@ def test_solver_refuses_other_parameters_and_other_robots(arm, built):
     assert built.host("solver", **good).start("solver", "") == 0
     for changed, expected in (
         ({"X": arm.X[1:].tolist()}, f"model.X has {len(arm.X) - 1} numbers"),
-        ({"digest": "0x0123"}, "model.digest is 0x0123; the model of this package has 0x"),
+        ({"digest": "0x0123"}, "model.digest is 0x0123; the model of this package has sha256:"),
     ):
         host = built.host("solver", **{**good, **changed})
         assert host.start("solver", "") == 2
@@ -300,6 +300,24 @@ def test_links_of_a_float_tree_are_where_pinocchio_has_them(tree):
 
 
 @pytest.mark.slow
+def test_names_with_a_prefix(arm, built):
+    urdf = arm.urdf
+    for word in [*arm.joints, "tool0", "base_link"]:
+        urdf = urdf.replace(f'"{word}"', f'"left_{word}"')
+    joints = [f"left_{j}" for j in arm.joints]
+    for kind in ("controller", "solver", "kinematics"):
+        plain = built.host(kind, robot_description=urdf)
+        assert plain.start(kind, urdf) != 0
+        assert "joint shoulder_pan_joint is not in robot_description" in plain.log()
+        host = built.host(kind, joints=joints, prefix="left_", robot_description=urdf)
+        assert host.start(kind, urdf) == 0, host.log()
+        if kind == "controller":
+            assert host.load("left_tool0", 1.0) == ""
+        if kind == "kinematics":
+            assert host.locate(arm.state(2, 1)[0], "left_tool0") is not None
+
+
+@pytest.mark.slow
 def test_kinematics_in_another_base(arm, built):
     host = built.host("kinematics", base="base")
     root = built.host("kinematics")
@@ -337,6 +355,10 @@ def test_gravity_compensation_adds_efforts_and_limits(arm, built):
     host.chain(False)  # no reference is left over
     np.testing.assert_allclose(host.cycle(q, qd), gravity, atol=EXACT * 100)
     assert host.cycle(np.full(6, np.nan)) is None
+    np.testing.assert_array_equal(host.commands(6), 0.0)
+    assert host.cycle(q, qd) is not None
+    host.deactivate()
+    np.testing.assert_array_equal(host.commands(6), 0.0)
 
 
 LIMITS = np.array([330, 330, 150, 54, 54, 54])
@@ -361,9 +383,11 @@ def test_full_feedforward_follows_and_holds(arm, built):
     expected = arm.evaluator.inverse_dynamics(q, speed, acceleration, arm.X)
     expected = expected + p * (target - q) + d * (speed - qd)
     np.testing.assert_allclose(host.cycle(q, qd), expected, atol=1e-9)
-    host.chain(False)
+    host.refer(np.full(24, np.nan))
     expected = holding + p * (target - q) - d * qd
     np.testing.assert_allclose(host.cycle(q, qd), expected, atol=1e-9)
+    host.chain(False)
+    np.testing.assert_allclose(host.cycle(q, qd), holding - d * qd, atol=1e-9)
 
 
 @pytest.mark.slow
@@ -371,13 +395,15 @@ def test_full_feedforward_follows_and_holds(arm, built):
     ("settings", "expected"),
     [
         ({"feedforward": "none"}, "feedforward is 'none'; accepted: gravity, full"),
+        ({"feedforward": "full"}, "feedforward full needs gains.p above 0"),
+        ({"gains__p": [100] * 6}, "wrong index for variant"),
         ({"gains__p": [1.0]}, "gains.p has 1 numbers; the model has 6 joints"),
-        ({"gains__d": [-1.0] * 6}, "gains.d has a number below 0"),
-        ({"torque_limits": [np.nan] * 6}, "torque_limits has a number below 0"),
+        ({"gains__d": [-1.0] * 6}, "gains.d must have numbers of at least 0"),
+        ({"torque_limits": [np.nan] * 6}, "torque_limits must have numbers of at least 0"),
         ({"joints": ["a", "b"]}, "joints has 2 names; the model has 6: shoulder_pan_joint, "),
         ({"joints": list("abcdef")}, "joint a is not in robot_description; joints of the model"),
         ({"model__X": [1.0, 2.0]}, "model.X has 2 numbers; the model has "),
-        ({"model__digest": "0x1"}, "model.digest is 0x1; the model of this package has 0x"),
+        ({"model__digest": "0x1"}, "model.digest is 0x1; the model of this package has sha256:"),
     ],
 )
 def test_wrong_settings_are_refused(arm, built, settings, expected):
@@ -415,11 +441,12 @@ def test_a_load_is_that_of_pinocchio(arm, built):
         (("tool0", -1.0), "payload refused: mass, centre of mass and inertia must be finite"),
         (("tool0", np.nan), "payload refused: mass, centre of mass and inertia must be finite"),
         (("gripper", 1.0), "payload refused: frame_id 'gripper' is not a link of the model; links"),
+        (("tool0", 0.0, (0, 0, 0), (1, 0, 0, -1, 0, 1)), "a negative principal moment"),
         (("base_link", 1.0), "payload refused: link base_link does not move"),
     ):
         assert expected in host.load(*refused)
         np.testing.assert_allclose(host.cycle(q), gravity[order(model, arm.joints)], atol=1e-9)
-    assert host.load("tool0", 0.0) == ""
+    assert host.load("tool0", 0.0, (1, 1, 1), (1, 0, 0, 1, 0, 1)) == ""
     np.testing.assert_array_equal(host.cycle(q), unloaded)
 
 
@@ -427,6 +454,7 @@ def test_a_load_is_that_of_pinocchio(arm, built):
 def test_a_moving_load_has_its_inertia(arm, built):
     host = built.host("controller", feedforward="full", robot_description=arm.urdf)
     host.set("torque_limits", np.full(6, 1e6))
+    host.set("gains.p", np.ones(6))
     assert host.start("controller", arm.urdf) == 0, host.log()
     pin, model, data = model_in_pinocchio(arm.urdf)
     q, qd, qdd = arm.state(7)
@@ -444,6 +472,51 @@ def test_a_moving_load_has_its_inertia(arm, built):
     unloaded = host.cycle(q, qd)
     assert host.load("ee_link", 3.0, (0.1, 0.2, 0.3), inertia) == ""
     np.testing.assert_allclose(host.cycle(q, qd) - unloaded, added, atol=1e-9)
+
+
+ODD = """
+[robot]
+name = "Odd__One"
+gravity = "input"
+[[joint]]
+name = 'a "b" é'
+[[joint]]
+sigma = 1
+alpha = "pi/2"
+[[joint]]
+alpha = "pi/2"
+d = 0.3
+[[effect]]
+name = "gravity_spring"
+joints = [3]
+[[effect]]
+name = "load_dependent_friction"
+joints = [1]
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("distribution", DISTRIBUTIONS)
+def test_an_odd_robot_is_held(distribution, tmp_path):
+    needs_ros()
+    robot = symgen.parse_robot(ODD)
+    model = symgen.derive(robot, "all")
+    symgen.write_package(symgen.generate(model, target="ros2"), tmp_path / "odd")
+    built = build(tmp_path / "odd" / "odd_one_model", distribution, tmp_path / distribution)
+    X = np.random.default_rng(3).uniform(0.1, 1.0, len(model.base.parameters))
+    q, g = np.array([0.3, -0.2, 0.5]), [1.0, 2.0, -9.0]
+    still = np.zeros(3)
+    expected = symgen.load(model).inverse_dynamics(q, still, still, X, g)
+    with process() as hosts:
+        named = Built(built, "odd_one_model", hosts)
+        host = named.host("controller", gravity=g, model__X=X)
+        assert host.start("controller", "") == 0, host.log()
+        assert host.names(0) == ['a "b" é/effort', "q2/effort", "q3/effort"]
+        np.testing.assert_allclose(host.cycle(q), expected, atol=1e-12)
+        solver = named.host("solver", gravity=g, X=X)
+        assert solver.start("solver", "") == 0, solver.log()
+        gravity = symgen.load(model).gravity_torque(q, X[: model.base.inertial], g)
+        np.testing.assert_allclose(solver.solve(q, still, still)["gravity"], gravity, atol=1e-12)
 
 
 @pytest.mark.slow

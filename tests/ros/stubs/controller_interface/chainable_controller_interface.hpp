@@ -90,17 +90,23 @@ public:
     return on_set_chained_mode(chained_mode);
   }
 
+  /// Humble and early Jazzy want the name of the node as the prefix, later ones one that begins so.
   std::vector<hardware_interface::CommandInterface::SharedPtr> export_reference_interfaces()
   {
-#if DISTRIBUTION == LYRICAL
-    return on_export_reference_interfaces_list();
-#else
     std::vector<hardware_interface::CommandInterface::SharedPtr> out;
+#if DISTRIBUTION == LYRICAL
+    out = on_export_reference_interfaces_list();
+#else
     for (auto & one : on_export_reference_interfaces()) {
       out.push_back(std::make_shared<hardware_interface::CommandInterface>(std::move(one)));
     }
-    return out;
 #endif
+    for (const auto & one : out) {
+      if (one->get_prefix_name() != get_node()->get_name()) {
+        throw std::runtime_error("the prefix of a reference is not the name of the node");
+      }
+    }
+    return out;
   }
 
 protected:

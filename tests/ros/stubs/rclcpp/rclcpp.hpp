@@ -1,6 +1,7 @@
 // What the plugins use of rclcpp, with its signatures; parameters, messages and logs stay in memory.
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <functional>
 #include <map>
@@ -36,7 +37,8 @@ inline std::string & last_log()
 }
 
 using ParameterValue = std::variant<
-  std::monostate, bool, double, std::string, std::vector<double>, std::vector<std::string>>;
+  std::monostate, bool, double, std::string, std::vector<double>, std::vector<std::string>,
+  std::vector<std::int64_t>>;
 
 class Parameter
 {
@@ -49,6 +51,10 @@ public:
   const std::vector<double> & as_double_array() const
   {
     return std::get<std::vector<double>>(value_);
+  }
+  const std::vector<std::string> & as_string_array() const
+  {
+    return std::get<std::vector<std::string>>(value_);
   }
   template <class Value>
   Value get_value() const {return std::get<Value>(value_);}
