@@ -87,6 +87,10 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     with located(log.name):
         _require_within(log, robot, reading)
         log = with_servo_torques(log, robot.controller, robot.drive)
+        if robot.floating:
+            refuse(
+                "is of a robot whose base floats", "base = 'imu' or 'fixed', whose joints have logs"
+            )
         if robot.imu:
             _require_base_motion(log)
         if reading.wrench and log.wrench is None:

@@ -140,13 +140,12 @@ def _written(digits: str) -> Decimal:
 def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
     """Build a robot from the content of a file."""
     require_keys(data, _TABLES, "file")
-    for key in ("robot", "joint"):
-        if key not in data:
-            raise RobotError(f"{key}: is missing; it must be given")
+    if "robot" not in data:
+        raise RobotError("robot: is missing; it must be given")
     lengths = reader.value(dict[GeometryName, sp.Expr], data.get("geometry", {}), "geometry")
     reader.geometry = {name: written_fraction(value) for name, value in lengths.items()}
     head = _head(data["robot"], reader)
-    joints = _joints(data, reader)
+    joints = _joints(data, reader, head.base == names.BASES[-1])
     sigma = {joint.number: joint.sigma for joint in joints if joint.movable}
     reader.joints, reader.movable = len(joints), tuple(sigma)
     effects, sought = _effects(_repeated(data, "effect"), sigma, reader)
@@ -204,22 +203,25 @@ def _head(table: Any, reader: TableReader) -> Head:
         return head
     if head.base != names.BASES[0]:
         raise RobotError(
-            "robot, key 'gravity': 'input' is not possible with base = 'imu', whose specific force "
-            "contains gravity; accepted: gravity where the base rests, three numbers"
+            f"robot, key 'gravity': 'input' is not possible with base = {head.base!r}, whose specific "
+            "force contains gravity; accepted: gravity where the base rests, three numbers"
         )
     return replace(head, gravity=GRAVITY_INPUT)
 
 
-def _joints(data: Mapping[str, Any], reader: TableReader) -> tuple[Joint, ...]:
+def _joints(data: Mapping[str, Any], reader: TableReader, floating: bool) -> tuple[Joint, ...]:
+    if "joint" not in data and not floating:
+        raise RobotError("joint: is missing; it must be given")
     tables = _repeated(data, "joint")
-    if not 1 <= len(tables) <= MAX_JOINTS:
-        raise RobotError(f"joint: {len(tables)} entries; accepted: 1 to {MAX_JOINTS}")
+    least = 0 if floating else 1
+    if not least <= len(tables) <= MAX_JOINTS:
+        raise RobotError(f"joint: {len(tables)} entries; accepted: {least} to {MAX_JOINTS}")
     drive = data.get("drive")
     linked = isinstance(drive, dict) and drive.get("side") == "link"
     joints = [_joint(k, table, not linked, reader) for k, table in enumerate(tables, 1)]
     pairs = list(zip(joints, tables, strict=True))
     movable = {f"q{j.number}": j for j, table in pairs if j.movable and "follows" not in table}
-    if not movable:
+    if not movable and not floating:
         raise RobotError("no joint is movable; accepted: at least one sigma of 0 or 1")
     for joint, table in pairs:
         if "follows" in table:

@@ -138,6 +138,10 @@ class Joint(Typed):
         return self.follows.subs({joint_variable(k): 0 for k, _ in self.shares})
 
 
+#: Link 0 of a free base.
+_BASE_LINK = Joint(0, names.FIXED, 0, friction=(), rotor_inertia=False)
+
+
 def require_gravity(robot: Robot, what: str) -> None:
     """Raise RobotError if gravity is an input, or if the base has an IMU.
 
@@ -152,7 +156,7 @@ def require_gravity(robot: Robot, what: str) -> None:
         )
     if robot.imu:
         raise RobotError(
-            f"robot {robot.name!r}: base = 'imu' has no place in {what}; accepted: a robot file "
+            f"robot {robot.name!r}: base = {robot.base!r} has no place in {what}; accepted: a robot file "
             "without it, for a base at rest"
         )
 
@@ -163,7 +167,8 @@ class Robot:
 
     Attributes:
         gravity: (3,) or GRAVITY_INPUT if gravity is an argument of every call.
-        base: "fixed", or "imu" if an IMU measures the motion of the base, an argument of calls.
+        base: "fixed"; "imu" if an IMU measures the motion of the base, an argument of calls;
+            "floating" if the base moves freely, with link 0 and six equations.
         geometry: pairs (name, exact value); the names are symbols in the expressions of joints.
         payload: number of the joint whose link carries a load, or None.
         sought: effects that a diagnosis searches. A robot with such effects has no model.
@@ -238,7 +243,7 @@ class Robot:
     @property
     def load_link(self) -> int:
         """Number of the link that carries a load: that of [payload], or the last moving link."""
-        return self.payload or self.movable[-1].number
+        return self.payload or (self.movable[-1].number if self.movable else 0)
 
     def frame(self, name: str) -> Frame:
         """Return the frame with this name.
@@ -296,7 +301,31 @@ class Robot:
     @property
     def imu(self) -> bool:
         """Whether the base moves, and an IMU on it measures its motion."""
-        return self.base == "imu"
+        return self.base != names.BASES[0]
+
+    @property
+    def floating(self) -> bool:
+        """Whether the base moves freely: it has parameters and equations of its own."""
+        return self.base == "floating"
+
+    @property
+    def bodies(self) -> tuple[Joint, ...]:
+        """The joints with their links, in file order; a free base is link 0, a fixed joint."""
+        return (_BASE_LINK, *self.joints) if self.floating else self.joints
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """Numbers of the equations of a free base, behind those of the joints; () without one.
+
+        They are those of the forces along x, y, z, then of the moments about the origin.
+        """
+        last = len(self.joints)
+        return tuple(range(last + 1, last + 7)) if self.floating else ()
+
+    @property
+    def equations(self) -> tuple[int, ...]:
+        """Numbers of the equations in their order: of a free base, then of the movable joints."""
+        return (*self.free, *self.numbers)
 
     def at_rest(self) -> Robot:
         """Return the robot on a base that does not move."""
@@ -341,6 +370,8 @@ class Robot:
         Raises:
             RobotError: there is no such joint.
         """
+        if number == 0 and self.floating:
+            return _BASE_LINK
         if not 1 <= number <= len(self.joints):
             raise RobotError(
                 f"robot {self.name!r}: there is no joint {number}; "

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from symgen import names
 from symgen.errors import SymgenError
 from symgen.files import html_table
 from symgen.robot.expressions import six_digits, text
@@ -189,12 +190,12 @@ def bound(robot: Robot) -> int:
 
     It holds for the inertial parameters of a serial arm with one joint on the base. For each
     further joint on the base, the four parameters that joint 1 lacks are subtracted once more. On a
-    base with an IMU, no joint lacks any.
+    base with an IMU, no joint lacks any; a free base adds its ten.
     """
     revolute = sum(j.turns for j in robot.joints)
     prismatic = sum(j.slides for j in robot.joints)
     if robot.imu:
-        return 8 * revolute + 5 * prismatic
+        return 8 * revolute + 5 * prismatic + (len(names.LINK) if robot.floating else 0)
     first = robot.movable[0]
     return 8 * revolute + 5 * prismatic - 4 - (1 if first.turns else 0)
 

@@ -77,8 +77,14 @@ def separate_columns(
     way: Way,
     tape: TapeBuilder,
 ) -> Iterator[tuple[sp.Expr, ...]]:
-    """Return the columns of kinetic energy of some parameters, and those of potential energy."""
+    """Return the columns of kinetic energy of some parameters, and those of potential energy.
+
+    A robot with a free base has kinetic energy only.
+    """
     base = base_velocity(robot, tape)
+    if robot.floating:
+        moving = velocities(way, base, tape)
+        return zip(*_columns(robot, parameters, [("D", moving)], tape), strict=True)
     moving = velocities(way, AT_REST, tape)
     resting = velocities(tuple(step.still() for step in way), base, tape)
     return zip(*_columns(robot, parameters, [("D", moving), ("U", resting)], tape), strict=True)
@@ -114,7 +120,8 @@ class StateColumns:
     """The columns of parameters that are functions of the state x = (q, qd).
 
     They are the energies h(x) - h(x0), and q_j for an offset OF_j. If gravity g, or the motion of
-    the base, is an input, the energies are h(x, g) - h(x0, g).
+    the base, is an input, the energies are h(x, g) - h(x0, g). The motion of a free base belongs to
+    its state x.
 
     Attributes:
         robot: the mechanism.
@@ -141,7 +148,7 @@ class StateColumns:
             j: getattr(q, "number", q) for j, q in zip(self.robot.numbers, state["q"], strict=True)
         }
         columns = self.energy.run(arithmetic, state)
-        if base_inputs(self.robot):
+        if base_inputs(self.robot) and not self.robot.floating:
             rest = self._state(arithmetic, 1)
             there = self.energy.run(arithmetic, {**state, **rest})
             columns = [arithmetic.sub(a, b) for a, b in zip(columns, there, strict=True)]

@@ -1,0 +1,145 @@
+"""A floating base: kernels and base parameters against Pinocchio's free flyer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles.random_arms import random_arm, random_parameters
+from oracles.transforms import Arm
+from packages import STRICT, c_files, run
+from support import parsed, robot_of, sampled
+
+import symgen
+from symgen.codegen.kernels import KERNELS
+from symgen.codegen.model import regrouping
+
+pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
+from oracles.free_flyer import VELOCITY, FreeFlyer
+
+#: Of the size of the values; what solves with M loses its condition.
+CLOSE = 1e-12
+DRONE = '[robot]\nname = "drone"\nbase = "floating"\n'
+
+
+def floating(robot: symgen.Robot) -> symgen.Robot:
+    """The robot, as its file gives it with a floating base."""
+    text = symgen.robot_toml(robot)
+    return parsed(text.replace("[robot]\n", '[robot]\nbase = "floating"\n', 1))
+
+
+def free_flyer(arm: Arm, seed: int) -> tuple[FreeFlyer, np.ndarray, np.ndarray]:
+    """The robot in Pinocchio, the ten numbers of its links, and its standard parameters."""
+    links, rotors = random_parameters(arm, seed)
+    links = np.vstack([links[::-1][0] + links[0], links])  # any body
+    rotor = dict(zip(arm.movable, rotors, strict=True))
+    values = list(links[0])
+    for j in range(1, arm.links + 1):
+        values += [*links[j], *([rotor[j]] if j in rotor else [])]
+    return FreeFlyer(arm, links, rotors), links, np.array(values)
+
+
+def drawn(arm: Arm, seed: int) -> tuple[np.ndarray, ...]:
+    """q, qd, qdd and f, w, wd of one state."""
+    draw = np.random.default_rng(seed)
+    joints = draw.uniform(-2, 2, (3, arm.n))
+    return (*joints, *(np.array([12.0, 3.0, 8.0])[:, None] * draw.uniform(-1, 1, (3, 3))))
+
+
+def near(found: np.ndarray, want: np.ndarray, lost: float = 1.0, size: float = 0.0) -> None:
+    size = max(size, 1 + np.abs(want).max(initial=0.0))
+    np.testing.assert_allclose(found, want, rtol=0, atol=CLOSE * lost * size)
+
+
+@pytest.mark.parametrize("seed", sampled(range(200), 6))
+def test_kernels_of_random_trees_are_those_of_pinocchio(seed: int) -> None:
+    arm = random_arm(seed, max_joints=6)
+    model = symgen.derive(floating(robot_of(arm)), "all")
+    call = symgen.load(model, backend="casadi")
+    tree, links, standard = free_flyer(arm, seed)
+    X = regrouping(model) @ standard
+    near(call.base_parameters(standard), X)
+    inertial = X[: model.inertial]
+    state = q, qd, qdd, f, w, wd = drawn(arm, seed)
+    v, still = VELOCITY, np.zeros(arm.n)
+    want = tree.dynamics(*state)
+    size = 1 + np.abs(want).max()
+    near(call.inverse_dynamics(q, qd, qdd, X, f, w, wd), want)
+    near(call.torque_regressor(q, qd, qdd, f, w, wd) @ X, want, size=size)
+    M = call.mass_matrix(q, X)
+    near(M, tree.masses(q))
+    acceleration = np.array([*f, *wd, *qdd])
+    near(M @ acceleration + call.bias_torque(q, qd, X, w), want, size=size)
+    zero = np.zeros(3)
+    near(call.gravity_torque(q, X, f), tree.dynamics(q, still, still, f, zero, zero))
+
+    u = np.array([*v, *w, *qd])
+    p, rate = tree.momentum(q, qd, v, w)
+    for found in (
+        call.generalized_momentum(q, qd, X, v, w),
+        [x @ inertial for x in call.momentum_regressor(q, qd, v, w)],
+    ):
+        near(found[0], p)
+        near(found[1], rate, size=1 + np.abs(p).max() * np.abs(u).max())
+    kinetic = tree.kinetic(q, qd, v, w)
+    near(call.energy(q, qd, X, v, w), kinetic)
+    near(call.energy_regressor(q, qd, v, w) @ inertial, kinetic)
+    power = call.power_regressor(q, qd, qdd, f, v, w, wd) @ X
+    near(power, want @ u, size=size * np.abs(u).max())
+    h, com = call.centroidal_momentum(q, qd, X, v, w)
+    want_h, want_com = tree.centroidal(q, qd, v, w)
+    near(com, want_com)
+    near(h, want_h, size=np.abs(p).max())
+    # without gravity f is the acceleration
+    wrench = call.inverse_dynamics(q, qd, qdd, X, f, w, wd)[:6]
+    changing = np.array([*wrench[:3], *wrench[3:] - np.cross(com, wrench[:3])])
+    want_rate = tree.centroidal_rate(q, qd, qdd, v, w, f - np.cross(w, v), wd)
+    np.testing.assert_allclose(changing, want_rate, rtol=0, atol=1e-10 * size)
+
+    lost = float(np.linalg.cond(tree.masses(q)))
+    found = call.forward_dynamics(q, qd, want[6:], X, w, want[:6])
+    largest = np.abs(acceleration).max() + 1
+    for got, expected in zip(found, (qdd, f, wd), strict=True):
+        near(got, expected, lost, size=largest)
+    near(call.solve_mass_matrix(q, M @ acceleration, X), acceleration, lost)
+    L, D = call.mass_matrix_factor(q, X)
+    near(L @ np.diag(D) @ L.T, M)
+    slopes = tree.slopes(*state)
+    size = size + max(np.abs(x).max() for x in slopes)
+    for got, expected in zip(
+        call.inverse_dynamics_derivatives(q, qd, qdd, X, f, w, wd), slopes, strict=True
+    ):
+        near(got, expected, size=size)
+    inverse = np.linalg.inv(M)
+    by_q, by_qd, by_tau, by_w = call.forward_dynamics_derivatives(q, qd, want[6:], X, w, want[:6])
+    for got, expected in zip((by_q, by_qd, by_w), slopes, strict=True):
+        near(got, -inverse @ expected, lost, size=np.abs(inverse).max() * size)
+    near(by_tau, inverse, lost, size=np.abs(inverse).max())
+
+    at = np.array([0.3, -0.2, 0.5])
+    for link in range(arm.links + 1):
+        velocity, faster = tree.point(link, at, state)
+        J, drift = call.link_jacobian(q, link, at), call.link_drift(q, qd, link, at, w)
+        near(J @ u, velocity)
+        near(J @ acceleration + drift, faster, size=1 + np.abs(faster).max() + size)
+    body = np.array([0.7, 0.1, -0.2, 0.3])
+    joined = call.add_body(X, 0, body[0], body[1:], [0.1, 0, 0, 0.2, 0, 0.3])
+    more = links.copy()
+    steiner = body[0] * (body[1:] @ body[1:] * np.eye(3) - np.outer(body[1:], body[1:]))
+    inertia = (np.diag([0.1, 0.2, 0.3]) + steiner)[np.triu_indices(3)]
+    more[0] += [*inertia, *body[0] * body[1:], body[0]]
+    heavier = FreeFlyer(arm, more, tree.rotor_inertia)
+    near(call.inverse_dynamics(q, qd, qdd, joined, f, w, wd), heavier.dynamics(*state))
+    assert len(X) == rank_of(model, call)
+
+
+def rank_of(model: symgen.Model, call: symgen.Evaluator) -> int:
+    """Rank of the regressor in every standard parameter, by singular values."""
+    every = symgen.load(symgen.derive(model.robot, "standard_torque_regressor"), backend="casadi")
+    count = 4 * len(model.base.standard) // 6 + 10
+    draw = np.random.default_rng(1)
+    joints = draw.uniform(-2, 2, (3, count, model.robot.n))
+    base = draw.uniform(-10, 10, (3, count, 3))
+    W = every.standard_torque_regressor(*joints, *base).reshape(-1, len(model.base.standard))
+    return int(np.linalg.matrix_rank(W, tol=1e-10 * np.linalg.norm(W, 2)))
