@@ -32,8 +32,9 @@ BASES = ("fixed", "imu", "floating")
 #: velocity, rad/s, with its derivative. They are inputs of kernels and, except for wd, columns of
 #: logs.
 BASE = ("f", "w", "wd")
-#: Inputs that describe a free base, in their order, with their sizes: those of the IMU, the velocity
-#: of its origin, m/s, and the force and moment on it, N and N m, about the origin in its axes.
+#: Inputs that describe a free base, in their order, with their sizes: those of the IMU, the
+#: velocity of its origin, m/s, and the force and moment on it, N and N m, about the origin in its
+#: axes.
 FREE_BASE = {"f": 3, "v": 3, "w": 3, "wd": 3, "wrench": 6}
 
 _UNITS = {

@@ -22,8 +22,8 @@ GRAVITY = "g"
 #: Reasons why a kernel does not exist for a base.
 NOT_FOR = {
     "fixed": "holds for a floating base, and the base of {} is fixed",
-    "imu": "holds for a base at rest, and the base of {} has an IMU: what moves the base adds energy "
-    "and momentum that no log contains",
+    "imu": "holds for a base at rest, and the base of {} has an IMU: what moves the base adds "
+    "energy and momentum that no log contains",
     "floating": "holds for a base at rest, and the base of {} floats",
 }
 #: Message for a pivot of the mass matrix that is not positive, with the remedy.

@@ -203,8 +203,8 @@ def _head(table: Any, reader: TableReader) -> Head:
         return head
     if head.base != names.BASES[0]:
         raise RobotError(
-            f"robot, key 'gravity': 'input' is not possible with base = {head.base!r}, whose specific "
-            "force contains gravity; accepted: gravity where the base rests, three numbers"
+            f"robot, key 'gravity': 'input' is not possible with base = {head.base!r}, whose "
+            "specific force contains gravity; accepted: gravity where the base rests, three numbers"
         )
     return replace(head, gravity=GRAVITY_INPUT)
 

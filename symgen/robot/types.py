@@ -156,8 +156,8 @@ def require_gravity(robot: Robot, what: str) -> None:
         )
     if robot.imu:
         raise RobotError(
-            f"robot {robot.name!r}: base = {robot.base!r} has no place in {what}; accepted: a robot file "
-            "without it, for a base at rest"
+            f"robot {robot.name!r}: base = {robot.base!r} has no place in {what}; accepted: a "
+            "robot file without it, for a base at rest"
         )
 
 

@@ -18,6 +18,8 @@ class KernelMethods:
 
         Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
         Outputs: out (p_inertial,).
+
+        Floating base: columns DE of kinetic energy: E = out . X; last inputs v (3,), w (3,).
         """
 
     def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
@@ -46,6 +48,9 @@ class KernelMethods:
 
         Inputs: q (n,), qd (n,), qdd (n,), and g (3,) if gravity is an input of the robot.
         Outputs: out (p,).
+
+        Floating base: columns of power: wrench . (v, w) + qd' tau = out . X; last inputs f
+        (3,), v (3,), w (3,), wd (3,).
         """
 
     def momentum_regressor(
@@ -58,7 +63,10 @@ class KernelMethods:
         """Columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq.
 
         Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
-        Outputs: p_out (n, p_inertial), dl_out (n, p_inertial).
+        Outputs: p_out (m, p_inertial), dl_out (m, p_inertial).
+
+        Floating base: columns of the momentum p and of its rate: dp/dt = (wrench, tau -
+        friction) + rate; last inputs v (3,), w (3,).
         """
 
     def torque_regressor(
@@ -73,7 +81,10 @@ class KernelMethods:
 
         Inputs: q (n,), qd (n,), qdd (n,), and g (3,) if gravity is an input of the robot, or f
         (3,), w (3,), wd (3,) if its base has an IMU.
-        Outputs: out (n, p).
+        Outputs: out (m, p).
+
+        Floating base: columns of wrench and torque: (wrench, tau) = out X, friction included;
+        last inputs f (3,), w (3,), wd (3,).
         """
 
     def inverse_dynamics(
@@ -89,14 +100,20 @@ class KernelMethods:
 
         Inputs: q (n,), qd (n,), qdd (n,), X (p,), and g (3,) if gravity is an input of the
         robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
-        Outputs: tau (n,).
+        Outputs: tau (m,).
+
+        Floating base: wrench on the base and torque of a motion: M (f, wd, qdd) + bias_torque;
+        last inputs f (3,), w (3,), wd (3,).
         """
 
     def mass_matrix(self, q: ArrayLike, X: ArrayLike) -> FloatArray:
         """Mass matrix M(q).
 
         Inputs: q (n,), X (p_inertial,).
-        Outputs: M (n, n).
+        Outputs: M (m, m).
+
+        Floating base: mass matrix M(q): rows of the wrench and of tau, columns of f, wd and
+        qdd.
         """
 
     def gravity_torque(
@@ -110,7 +127,10 @@ class KernelMethods:
 
         Inputs: q (n,), X (p_inertial,), and g (3,) if gravity is an input of the robot, or f
         (3,), w (3,), wd (3,) if its base has an IMU.
-        Outputs: tau (n,).
+        Outputs: tau (m,).
+
+        Floating base: wrench on the base and torque of the specific force f on the links,
+        without springs and friction; last inputs f (3,).
         """
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike, X: ArrayLike) -> FloatArray:
@@ -132,7 +152,10 @@ class KernelMethods:
 
         Inputs: q (n,), qd (n,), X (p,), and g (3,) if gravity is an input of the robot, or f
         (3,), w (3,), wd (3,) if its base has an IMU.
-        Outputs: h (n,).
+        Outputs: h (m,).
+
+        Floating base: h = C qd + friction: M (f, wd, qdd) + h = (wrench, tau); last inputs w
+        (3,).
         """
 
     def forward_dynamics(
@@ -149,6 +172,10 @@ class KernelMethods:
         Inputs: q (n,), qd (n,), tau (n,), X (p,), and g (3,) if gravity is an input of the
         robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: qdd (n,).
+
+        Floating base: accelerations of joints and base under torques tau and a wrench on the
+        base; not 0 where M is not positive definite; last inputs w (3,), wrench (6,); outputs
+        qdd (n,), f (3,), wd (3,).
         """
 
     def energy(
@@ -164,6 +191,8 @@ class KernelMethods:
         Inputs: q (n,), qd (n,), X (p_inertial,), and g (3,) if gravity is an input of the
         robot.
         Outputs: T_out (1,), U_out (1,).
+
+        Floating base: kinetic energy T; last inputs v (3,), w (3,); outputs T_out (1,).
         """
 
     def frames(self, q: ArrayLike) -> FloatArray:
@@ -177,7 +206,10 @@ class KernelMethods:
         """Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning.
 
         Inputs: q (n,).
-        Outputs: J_out (6, n).
+        Outputs: J_out (6, m).
+
+        Floating base: Jacobian of the last frame that moves, in frame 0: rows of velocity, then
+        of turning; columns of v, w and qd.
         """
 
     def slotine_li_regressor(
@@ -225,7 +257,27 @@ class KernelMethods:
 
         Inputs: q (n,), qd (n,), X (p_inertial,), and g (3,) if gravity is an input of the
         robot.
-        Outputs: p_out (n,), rate_out (n,).
+        Outputs: p_out (m,), rate_out (m,).
+
+        Floating base: p = M (v, w, qd) and its rate: dp/dt = (wrench, tau - friction) + rate;
+        last inputs v (3,), w (3,).
+        """
+
+    def centroidal_momentum(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        X: ArrayLike,
+        *base: ArrayLike,
+        **named: ArrayLike,
+    ) -> tuple[FloatArray, ...]:
+        """Momentum of the robot about its centre of mass, linear and angular, and the centre of
+        mass, in frame 0.
+
+        Inputs: q (n,), qd (n,), X (p_inertial,).
+        Outputs: h_out (6,), com_out (3,).
+
+        Floating base: last inputs v (3,), w (3,).
         """
 
     def friction(self, qd: ArrayLike, X: ArrayLike) -> FloatArray:
@@ -249,6 +301,8 @@ class KernelMethods:
         Inputs: q (n,), qd (n,), qdd (n,), X (p,), and g (3,) if gravity is an input of the
         robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: tau (n,).
+
+        Floating base: last inputs f (3,), w (3,), wd (3,).
         """
 
     def inverse_dynamics_derivatives(
@@ -265,6 +319,10 @@ class KernelMethods:
         Inputs: q (n,), qd (n,), qdd (n,), X (p,), and g (3,) if gravity is an input of the
         robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: dq_out (n, n), dqd_out (n, n).
+
+        Floating base: d(wrench, tau)/dq, by qd and by w; by f, wd and qdd they are mass_matrix;
+        the derivative of sign(qd) is 0; last inputs f (3,), w (3,), wd (3,); outputs dq_out (m,
+        n), dqd_out (m, n), dw_out (m, 3).
         """
 
     def forward_dynamics_derivatives(
@@ -281,13 +339,17 @@ class KernelMethods:
         Inputs: q (n,), qd (n,), tau (n,), X (p,), and g (3,) if gravity is an input of the
         robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: dq_out (n, n), dqd_out (n, n), dtau_out (n, n).
+
+        Floating base: d(f, wd, qdd)/dq, by qd, by (wrench, tau) and by w; the derivative of
+        sign(qd) is 0; last inputs w (3,), wrench (6,); outputs dq_out (m, n), dqd_out (m, n),
+        dtau_out (m, m), dw_out (m, 3).
         """
 
     def solve_mass_matrix(self, q: ArrayLike, b: ArrayLike, X: ArrayLike) -> FloatArray:
         """X of M(q) x = b.
 
-        Inputs: q (n,), b (n,), X (p_inertial,).
-        Outputs: x (n,).
+        Inputs: q (n,), b (m,), X (p_inertial,).
+        Outputs: x (m,).
         """
 
     def mass_matrix_factor(self, q: ArrayLike, X: ArrayLike) -> tuple[FloatArray, ...]:
@@ -295,14 +357,17 @@ class KernelMethods:
         L from its last row.
 
         Inputs: q (n,), X (p_inertial,).
-        Outputs: L_out (n, n), D_out (n,).
+        Outputs: L_out (m, m), D_out (m,).
         """
 
     def link_jacobian(self, q: ArrayLike, link: ArrayLike, point: ArrayLike) -> FloatArray:
         """Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning.
 
         Inputs: q (n,), link, point (3,).
-        Outputs: J (6, n).
+        Outputs: J (6, m).
+
+        Floating base: Jacobian, in frame 0, of a point in the frame of a link: velocity, then
+        turning; columns of v, w and qd.
         """
 
     def link_drift(
@@ -311,11 +376,16 @@ class KernelMethods:
         qd: ArrayLike,
         link: ArrayLike,
         point: ArrayLike,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> FloatArray:
         """DJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0.
 
         Inputs: q (n,), qd (n,), link, point (3,).
         Outputs: a (6,).
+
+        Floating base: specific force and angular acceleration, in frame 0, of a point in the
+        frame of a link, less link_jacobian (f, wd, qdd); last inputs w (3,).
         """
 
     def tool_wrench(
@@ -369,6 +439,9 @@ class KernelMethods:
 
         Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
         Outputs: kinetic_out (s_inertial,), potential_out (s_inertial,).
+
+        Floating base: columns DE of kinetic energy in every standard parameter; last inputs v
+        (3,), w (3,); outputs kinetic_out (s_inertial,).
         """
 
     def standard_torque_regressor(
@@ -383,7 +456,10 @@ class KernelMethods:
 
         Inputs: q (n,), qd (n,), qdd (n,), and g (3,) if gravity is an input of the robot, or f
         (3,), w (3,), wd (3,) if its base has an IMU.
-        Outputs: out (n, s).
+        Outputs: out (m, s).
+
+        Floating base: columns of wrench and torque in every standard parameter, friction
+        included; last inputs f (3,), w (3,), wd (3,).
         """
 
     def load_momentum(

@@ -109,8 +109,8 @@ def _slopes(p: Plant, qdd: ByJoint) -> _TorqueSlopes:
 def forward_dynamics_derivatives(p: Plant) -> tuple[list[sp.Expr], ...]:
     """Return dqdd/dq, dqdd/dqd, dqdd/dtau, and the pivots that must be positive.
 
-    For a free base, the rows are those of f, wd and qdd, and the columns of dtau those of the wrench
-    and of tau. The derivatives by its w come before the pivots.
+    For a free base, the rows are those of f, wd and qdd, and the columns of dtau those of the
+    wrench and of tau. The derivatives by its w come before the pivots.
 
     `forward_dynamics` defines the pivots.
 
@@ -212,8 +212,9 @@ def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
             summed_to_base(p, {a: wrench}, f"{letter}{i}")
             for wrench, letter in zip(reactions, "pqmu", strict=True)
         )
-        for b, j in ((b, j) for b in place for j in ((b,) if b else free) if j in screws):
-            before = screws[j]
+        numbers = (j for link in place for j in ((link,) if link else free))
+        for j in (j for j in numbers if j in screws):
+            b, before = links[j][0], screws[j]
             if i not in free:
                 by_q[j][i] = tape.name(f"P{j}_{i}", acting(place[b], before.screw))
                 by_qd[j][i] = tape.name(f"Q{j}_{i}", acting(speed[b], before.screw))

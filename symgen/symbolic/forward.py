@@ -62,7 +62,9 @@ def accelerating_torque(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
 
 
 def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr], list[sp.Expr]]:
-    """Return (qdd, (f, wd) of a free base, pivots): M is positive definite if and only if all pivots of L D L^T are.
+    """Return (qdd, (f, wd) of a free base, pivots).
+
+    M is positive definite if and only if all pivots of L D L^T are.
 
     `pivots` also contains the terms that must be positive for load effects (see
     `accelerating_torque`). Long chains use the articulated-body algorithm (`articulated`).

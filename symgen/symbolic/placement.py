@@ -108,7 +108,7 @@ def jacobian_tape(robot: Robot) -> Tape:
     placed, _ = link_places(robot, tape)
     moving = {j.number for j in robot.moving}
     paths = (path(robot, joint.number) for joint in reversed(robot.joints))
-    way = next((numbers for numbers in paths if moving.intersection(numbers)))
+    way = next(numbers for numbers in paths if moving.intersection(numbers))
     tip = placed[way[0]][3]
     columns = _base_columns(robot, tip, "a", tape)
     for joint in robot.moving:

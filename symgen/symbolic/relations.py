@@ -47,7 +47,9 @@ def structural_relations(robot: Robot) -> list[Relation]:
     for joint in robot.joints:
         c, s = cosine_sine(joint.theta)
         before, after = elementary(joint, c, s, joint.r, _Formulas())  # at q = 0
-        found += [_moved(joint, body, (*before, *after), robot.floating) for body in _kept_bodies(joint)]
+        found += [
+            _moved(joint, body, (*before, *after), robot.floating) for body in _kept_bodies(joint)
+        ]
         here = _kept_direction(joint, direction[joint.antecedent], before)
         direction[joint.number] = here
         if here and joint.slides:

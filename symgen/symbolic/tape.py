@@ -305,9 +305,7 @@ class TapeBuilder:
         ).keep(range(len(outputs)))
         read = {s for e in (*tape.outputs, *(e for _, e in tape.steps)) for s in e.free_symbols}
         last = (
-            group
-            for group in self._last
-            if any(read.intersection(symbols) for _, symbols in group)
+            group for group in self._last if any(read.intersection(symbols) for _, symbols in group)
         )
         return replace(tape, inputs=(*tape.inputs, *(x for group in last for x in group)))
 

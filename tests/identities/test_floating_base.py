@@ -131,10 +131,10 @@ def test_kernels_of_random_trees_are_those_of_pinocchio(seed: int) -> None:
     more[0] += [*inertia, *body[0] * body[1:], body[0]]
     heavier = FreeFlyer(arm, more, tree.rotor_inertia)
     near(call.inverse_dynamics(q, qd, qdd, joined, f, w, wd), heavier.dynamics(*state))
-    assert len(X) == rank_of(model, call)
+    assert len(X) == rank_of(model)
 
 
-def rank_of(model: symgen.Model, call: symgen.Evaluator) -> int:
+def rank_of(model: symgen.Model) -> int:
     """Rank of the regressor in every standard parameter, by singular values."""
     every = symgen.load(symgen.derive(model.robot, "standard_torque_regressor"), backend="casadi")
     count = 4 * len(model.base.standard) // 6 + 10
@@ -143,3 +143,65 @@ def rank_of(model: symgen.Model, call: symgen.Evaluator) -> int:
     base = draw.uniform(-10, 10, (3, count, 3))
     W = every.standard_torque_regressor(*joints, *base).reshape(-1, len(model.base.standard))
     return int(np.linalg.matrix_rank(W, tol=1e-10 * np.linalg.norm(W, 2)))
+
+
+LEGS = "[[joint]]\nantecedent = 0\n[[joint]]\nantecedent = 0\nd = 0.4\n"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joints", ["", LEGS])
+def test_the_package_of_a_drone_and_of_two_legs_checks_itself(tmp_path: Path, joints: str) -> None:
+    model = symgen.derive(symgen.parse_robot(DRONE + joints), "all")
+    tree = symgen.generate(model)
+    symgen.write_package(tree, tmp_path / "drone")
+    assert symgen.read_robot(tmp_path / "drone") == model.robot
+    files = c_files(tmp_path / "drone", check=True)
+    run(["cc", *STRICT, "-O1", f"-I{tmp_path / 'drone'}", *files, "-lm", "-o", "check"], tmp_path)
+    run([tmp_path / "check"], tmp_path)
+    header = (tmp_path / "drone" / "drone.h").read_text()
+    assert f"#define drone_EQUATIONS {6 + model.robot.n}" in header
+    assert not (tmp_path / "drone" / "drone_identifier.h").exists()
+    X = symgen.load(model, backend="casadi").base_parameters(np.ones(len(model.base.standard)))
+    compiled, by_casadi = (symgen.load(model, backend=backend) for backend in ("c", "casadi"))
+    state = np.random.default_rng(0).uniform(-1, 1, (3, 70, model.robot.n))
+    base = np.random.default_rng(1).uniform(-1, 1, (3, 70, 3))
+    given = (*(x for x in state if x.size), X, *base)
+    for load in (compiled, by_casadi):
+        batch = load.inverse_dynamics(*given)
+        assert batch.shape == (70, 6 + model.robot.n)
+        for k in (0, 69):
+            single = load.inverse_dynamics(*(x if x is X else x[k] for x in given))
+            np.testing.assert_allclose(batch[k], single, atol=CLOSE)
+    panels = compiled["inverse_dynamics"].panels()
+    if panels is not None:
+        np.testing.assert_allclose(panels(*given), batch, atol=CLOSE)
+
+
+def test_a_tree_has_the_base_inputs_of_its_definition() -> None:
+    model = symgen.derive(floating(robot_of(random_arm(2, max_joints=4))), "all")
+    for kernel in model.kernels:
+        expected = [a.name for a in KERNELS[kernel.name].floating.inputs]
+        assert [a.name for a in kernel.inputs] == expected, kernel.name
+
+
+@pytest.mark.parametrize(
+    ("kernel", "reason"),
+    [
+        ("coriolis", "floats: M' - 2 C is skew-symmetric only with the velocity"),
+        ("slotine_li_torque", "floats: C needs the velocity"),
+        ("tool_wrench", "base at rest, and the base of drone floats"),
+        ("frames", "drone has no movable joints"),
+    ],
+)
+def test_what_a_floating_base_has_not_is_refused_with_the_reason(kernel: str, reason: str) -> None:
+    model = symgen.derive(symgen.parse_robot(DRONE), "all")
+    with pytest.raises(symgen.SymgenError, match=f"{kernel}.+{reason}"):
+        symgen.generate(model, kernels=(kernel,))
+    fixed = symgen.derive("planar2r", "all")
+    with pytest.raises(symgen.SymgenError, match=r"centroidal_momentum.+base of planar2r is fixed"):
+        symgen.generate(fixed, kernels=("centroidal_momentum",))
+
+
+def test_gravity_as_an_input_is_refused() -> None:
+    with pytest.raises(symgen.SymgenError, match=r"'input' is not possible with base = 'floating'"):
+        symgen.parse_robot(DRONE + 'gravity = "input"\n')

@@ -58,7 +58,9 @@ class Package:
         friction = len(base.parameters) > base.inertial
         torque = ["friction_torque"] if friction else []
         parts: list[str] = []
-        if self.model.robot.loaded or self.model.robot.floating:  # friction without columns, wrenches
+        if (
+            self.model.robot.loaded or self.model.robot.floating
+        ):  # friction without columns, wrenches
             return ()
         if self.has(regressor, *([power] if friction else [])):
             parts += ["least_squares", "identifier"]
