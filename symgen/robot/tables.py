@@ -209,6 +209,19 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Contact:
+    """[[contact]]: a place where a robot with a floating base may touch its surroundings.
+
+    Attributes:
+        frame: name of a [[frame]]; its origin is the place.
+        kind: "point" for a force without a moment, as of a round foot or a rope; or "surface".
+    """
+
+    frame: Name
+    kind: Annotated[str, word_check("point", "surface")]
+
+
+@dataclass(frozen=True)
 class Sensor:
     """[sensor]: a force/torque sensor between the arm and its tool, at a [[frame]] of the file."""
 

@@ -141,7 +141,7 @@ class StateColumns:
 
     def differences(self, arithmetic: Drawing, count: int) -> NDArray[Any]:
         """Return the columns at random states, minus those at the first one, (count - 1, p)."""
-        state = self._state(arithmetic, count)
+        state = drawn_state(self.robot, arithmetic, count)
         for name, symbols in base_inputs(self.robot):
             state[name] = [arithmetic.numbers(count) for _ in symbols]
         position = {
@@ -149,7 +149,7 @@ class StateColumns:
         }
         columns = self.energy.run(arithmetic, state)
         if base_inputs(self.robot) and not self.robot.floating:
-            rest = self._state(arithmetic, 1)
+            rest = drawn_state(self.robot, arithmetic, 1)
             there = self.energy.run(arithmetic, {**state, **rest})
             columns = [arithmetic.sub(a, b) for a, b in zip(columns, there, strict=True)]
         energies = iter(columns)
@@ -157,15 +157,16 @@ class StateColumns:
         h = stacked(every, count)
         return np.asarray(h[1:] - h[:1])
 
-    def _state(self, arithmetic: Drawing, count: int) -> dict[str, list[Any]]:
-        """Draw joint variables and speeds at some points."""
-        ratios = [c for j in self.robot.joints for _, c in j.shares if j.turns]
-        parts = math.lcm(*(int(c.q) for c in ratios))
-        q = [
-            arithmetic.joint_angle(count, parts) if j.turns else arithmetic.numbers(count)
-            for j in self.robot.movable
-        ]
-        return {"q": q, "qd": [arithmetic.numbers(count) for _ in self.robot.movable]}
+
+def drawn_state(robot: Robot, arithmetic: Drawing, count: int) -> dict[str, list[Any]]:
+    """Draw joint variables and speeds at some points."""
+    ratios = [c for j in robot.joints for _, c in j.shares if j.turns]
+    parts = math.lcm(*(int(c.q) for c in ratios))
+    q = [
+        arithmetic.joint_angle(count, parts) if j.turns else arithmetic.numbers(count)
+        for j in robot.movable
+    ]
+    return {"q": q, "qd": [arithmetic.numbers(count) for _ in robot.movable]}
 
 
 def stacked(columns: Sequence[Any], count: int) -> NDArray[Any]:

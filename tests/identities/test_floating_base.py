@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from support import parsed, robot_of, sampled
 import symgen
 from symgen.codegen.kernels import KERNELS
 from symgen.codegen.model import regrouping
+from symgen.robot.tables import Contact
+from symgen.symbolic.ranks import rank_in_contact, rank_in_flight, rank_of_rows
 
 pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
 from oracles.free_flyer import VELOCITY, FreeFlyer
@@ -200,6 +203,108 @@ def test_what_a_floating_base_has_not_is_refused_with_the_reason(kernel: str, re
     fixed = symgen.derive("planar2r", "all")
     with pytest.raises(symgen.SymgenError, match=r"centroidal_momentum.+base of planar2r is fixed"):
         symgen.generate(fixed, kernels=("centroidal_momentum",))
+
+
+QUADRUPED = """[robot]
+name = "quadruped"
+base = "floating"
+""" + "".join(
+    f"""[[joint]]
+antecedent = 0
+gamma = {0.1 + place}
+d = 0.2
+alpha = 1.2
+friction = []
+rotor_inertia = false
+[[joint]]
+d = 0.1
+alpha = "pi/2"
+friction = []
+rotor_inertia = false
+[[joint]]
+d = 0.2
+friction = []
+rotor_inertia = false
+[[frame]]
+name = "foot{leg}"
+joint = {3 * leg}
+xyz = [0.2, 0.0, 0.01]
+"""
+    for leg, place in enumerate((0.7, 2.4, -0.7, -2.4), 1)
+)
+KERNELS_OF_RANKS = ("torque_regressor", "link_jacobian", "link_drift")
+POINTS = [Contact(f"foot{leg}", "point") for leg in (1, 2, 3, 4)]
+SURFACES = [Contact(f"foot{leg}", "surface") for leg in (1, 2, 3, 4)]
+
+
+@pytest.fixture(scope="module")
+def quadruped() -> symgen.Model:
+    return symgen.derive(symgen.parse_robot(QUADRUPED), KERNELS_OF_RANKS)
+
+
+@pytest.mark.parametrize(("rows", "rank"), [("all", 94), ("base", 94), ("joints", 84)])
+def test_ranks_of_wrenches_and_torques_alone(quadruped, rows: str, rank: int) -> None:
+    found = rank_of_rows(quadruped.robot, quadruped.base, rows)
+    assert found.rank == rank
+    call = symgen.load(quadruped, backend="casadi")
+    draw = np.random.default_rng(2)
+    joints, base = draw.uniform(-2, 2, (3, 60, 12)), draw.uniform(-10, 10, (3, 60, 3))
+    part = {"all": slice(None), "base": slice(6), "joints": slice(6, None)}[rows]
+    W = call.torque_regressor(*joints, *base)[:, part].reshape(-1, 94)
+    assert np.linalg.matrix_rank(W, tol=1e-10 * np.linalg.norm(W, 2)) == rank
+    base = quadruped.base
+    unknown = [p.name for p in base.parameters if base.standard[p.index].joint == 0]
+    assert list(found.unknown) == (unknown if rows == "joints" else [])
+
+
+@pytest.mark.parametrize(
+    ("sets", "rank", "mass"),
+    [
+        ([POINTS], 90, False),
+        ([POINTS[::3], POINTS[1:3]], 94, True),
+        ([POINTS, POINTS[1:]], 91, False),
+        ([SURFACES[:1]], 76, False),
+        ([POINTS[:1]], 93, False),
+    ],
+)
+def test_ranks_where_contacts_stay(quadruped, sets, rank: int, mass: bool) -> None:
+    """A foot that never lifts hides a point mass there; a trot shows everything."""
+    found = rank_in_contact(quadruped.robot, quadruped.base, sets)
+    assert (found.rank, "M0R" not in found.unknown) == (rank, mass)
+    W = np.vstack([projected(quadruped, contacts) for contacts in sets])
+    assert np.linalg.matrix_rank(W, tol=1e-10 * np.linalg.norm(W, 2)) == rank
+
+
+def projected(model: symgen.Model, contacts: Sequence[Contact]) -> np.ndarray:
+    """Columns where contacts stay, in floats, projected by I - J+ J."""
+    call, draw, out = symgen.load(model, backend="casadi"), np.random.default_rng(4), []
+    places = [model.robot.frame(c.frame) for c in contacts]
+
+    def rows(kernel: str, *state: np.ndarray, last: tuple = ()) -> np.ndarray:
+        parts = (call[kernel](*state, f.joint, f.xyz, *last) for f in places)
+        sizes = (3 if c.kind == "point" else 6 for c in contacts)
+        return np.concatenate([p[:size] for p, size in zip(parts, sizes, strict=True)])
+
+    for _ in range(100):
+        q, u, a = (draw.uniform(-2, 2, k) for k in (12, 18, 18))
+        J = rows("link_jacobian", q)
+        inverse = np.linalg.pinv(J)
+        u -= inverse @ (J @ u)
+        weight = draw.uniform(-9, 9, 3)
+        want = [[*weight, *([] if c.kind == "point" else np.zeros(3))] for c in contacts]
+        a += inverse @ (np.concatenate(want) - rows("link_drift", q, u[6:], last=(u[3:6],)) - J @ a)
+        W = call.torque_regressor(q, u[6:], a[6:], a[:3], u[3:6], a[3:6])
+        out.append(W - inverse @ (J @ W))
+    return np.vstack(out)
+
+
+def test_ranks_in_flight(quadruped) -> None:
+    """Without torques, a flight gives X up to one factor."""
+    ranks = [
+        rank_in_flight(quadruped.robot, quadruped.base, torques=torques)
+        for torques in (False, True)
+    ]
+    assert [(r.rank, len(r.unknown)) for r in ranks] == [(93, 94), (94, 0)]
 
 
 def test_gravity_as_an_input_is_refused() -> None:
