@@ -209,6 +209,19 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Mount:
+    """[base]: the place of the IMU of a base that moves, in frame 0.
+
+    Attributes:
+        position: its origin, m.
+        rotation: roll, pitch and yaw of its axes, rad, as in a URDF.
+    """
+
+    position: Triple = (0.0, 0.0, 0.0)
+    rotation: Triple = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Contact:
     """[[contact]]: a place where a robot with a floating base may touch its surroundings.
 

@@ -27,12 +27,14 @@ from symgen.robot.tables import (
     BESIDE,
     Angle,
     Check,
+    Contact,
     Coupling,
     Drive,
     Frame,
     Limits,
     LogForm,
     Loop,
+    Mount,
     Sensor,
     Servo,
     Title,
@@ -174,6 +176,8 @@ class Robot:
         sought: effects that a diagnosis searches. A robot with such effects has no model.
         frames: frames of links in a file of another format.
         sensor: force/torque sensor at one of these frames, or None.
+        mount: place of the IMU of a base that moves, or None for the origin of frame 0.
+        contacts: frames at which a floating base may touch its surroundings.
         controller: gains of the controller that moved the robot in its logs.
         log: form of its logs, or None.
         exact: whether its base parameters are always those of the exact geometry, even if the
@@ -194,6 +198,8 @@ class Robot:
     drive: Drive | None = None
     frames: tuple[Frame, ...] = ()
     sensor: Sensor | None = None
+    mount: Mount | None = None
+    contacts: tuple[Contact, ...] = ()
     controller: Servo | None = None
     log: LogForm | None = None
     exact: bool = False
@@ -340,6 +346,8 @@ class Robot:
             limits=None,
             drive=None,
             frames=() if self.sensor is None else (self.frame(self.sensor.frame),),
+            mount=None,
+            contacts=(),
             controller=None,
             log=None,
         )
