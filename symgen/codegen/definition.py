@@ -136,6 +136,12 @@ class KernelDefinition:
     @property
     def documented(self) -> str:
         """The docstring of the method of an evaluator: meaning, inputs and outputs."""
+        if self.floating is None or "floating" not in self.bases:
+            return self._described
+        return f"{self._described}\n\nFloating base: {self.floating._described}"
+
+    @property
+    def _described(self) -> str:
         text = self.doc.format(linear="p", standard="model.base.standard")
         read = ", ".join(a.text for a in self.inputs if a.name != GRAVITY)
         if any(a.name == GRAVITY for a in self.inputs):
@@ -143,23 +149,7 @@ class KernelDefinition:
             if "imu" in self.bases:
                 read += ", or f (3,), w (3,), wd (3,) if its base has an IMU"
         written = ", ".join(a.text for a in self.outputs)
-        text = f"{text[0].upper()}{text[1:]}.\n\nInputs: {read}.\nOutputs: {written}."
-        return text + self._if_free(written)
-
-    def _if_free(self, written: str) -> str:
-        """Return what differs for a floating base."""
-        free = self.floating
-        if free is None or "floating" not in self.bases:
-            return ""
-        plain = {a.name for a in self.inputs}
-        inputs = ", ".join(a.text for a in free.inputs if a.name not in plain)
-        outputs = ", ".join(a.text for a in free.outputs)
-        changed = [free.doc] if free.doc != self.doc else []
-        if inputs:
-            changed.append(f"last inputs {inputs}")
-        if outputs != written:
-            changed.append(f"outputs {outputs}")
-        return f"\n\nFloating base: {'; '.join(changed)}." if changed else ""
+        return f"{text[0].upper()}{text[1:]}.\n\nInputs: {read}.\nOutputs: {written}."
 
     def absent(self, s: Subject) -> str:
         """Return the reason why a robot has no such kernel; "" if it has one."""

@@ -19,7 +19,10 @@ class KernelMethods:
         Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
         Outputs: out (p_inertial,).
 
-        Floating base: columns DE of kinetic energy: E = out . X; last inputs v (3,), w (3,).
+        Floating base: Columns DE of kinetic energy: E = out . X.
+
+        Inputs: q (n,), qd (n,), v (3,), w (3,).
+        Outputs: out (p_inertial,).
         """
 
     def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
@@ -27,10 +30,20 @@ class KernelMethods:
 
         Inputs: q (n,), qd (n,).
         Outputs: out (p - p_inertial,).
+
+        Floating base: Columns of the power that friction takes: P = out . X[p_inertial..p).
+
+        Inputs: q (n,), qd (n,).
+        Outputs: out (p - p_inertial,).
         """
 
     def friction_torque(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """Columns of friction torque: out X[p_inertial..p).
+
+        Inputs: q (n,), qd (n,).
+        Outputs: out (n, p - p_inertial).
+
+        Floating base: Columns of friction torque: out X[p_inertial..p).
 
         Inputs: q (n,), qd (n,).
         Outputs: out (n, p - p_inertial).
@@ -49,8 +62,10 @@ class KernelMethods:
         Inputs: q (n,), qd (n,), qdd (n,), and g (3,) if gravity is an input of the robot.
         Outputs: out (p,).
 
-        Floating base: columns of power: wrench . (v, w) + qd' tau = out . X; last inputs f
-        (3,), v (3,), w (3,), wd (3,).
+        Floating base: Columns of power: wrench . (v, w) + qd' tau = out . X.
+
+        Inputs: q (n,), qd (n,), qdd (n,), f (3,), v (3,), w (3,), wd (3,).
+        Outputs: out (p,).
         """
 
     def momentum_regressor(
@@ -65,8 +80,11 @@ class KernelMethods:
         Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
         Outputs: p_out (m, p_inertial), dl_out (m, p_inertial).
 
-        Floating base: columns of the momentum p and of its rate: dp/dt = (wrench, tau -
-        friction) + rate; last inputs v (3,), w (3,).
+        Floating base: Columns of the momentum p and of its rate: dp/dt = (wrench, tau -
+        friction) + rate.
+
+        Inputs: q (n,), qd (n,), v (3,), w (3,).
+        Outputs: p_out (m, p_inertial), dl_out (m, p_inertial).
         """
 
     def torque_regressor(
@@ -83,8 +101,10 @@ class KernelMethods:
         (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: out (m, p).
 
-        Floating base: columns of wrench and torque: (wrench, tau) = out X, friction included;
-        last inputs f (3,), w (3,), wd (3,).
+        Floating base: Columns of wrench and torque: (wrench, tau) = out X, friction included.
+
+        Inputs: q (n,), qd (n,), qdd (n,), f (3,), w (3,), wd (3,).
+        Outputs: out (m, p).
         """
 
     def inverse_dynamics(
@@ -102,8 +122,10 @@ class KernelMethods:
         robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: tau (m,).
 
-        Floating base: wrench on the base and torque of a motion: M (f, wd, qdd) + bias_torque;
-        last inputs f (3,), w (3,), wd (3,).
+        Floating base: Wrench on the base and torque of a motion: M (f, wd, qdd) + bias_torque.
+
+        Inputs: q (n,), qd (n,), qdd (n,), X (p,), f (3,), w (3,), wd (3,).
+        Outputs: tau (m,).
         """
 
     def mass_matrix(self, q: ArrayLike, X: ArrayLike) -> FloatArray:
@@ -112,8 +134,11 @@ class KernelMethods:
         Inputs: q (n,), X (p_inertial,).
         Outputs: M (m, m).
 
-        Floating base: mass matrix M(q): rows of the wrench and of tau, columns of f, wd and
+        Floating base: Mass matrix M(q): rows of the wrench and of tau, columns of f, wd and
         qdd.
+
+        Inputs: q (n,), X (p_inertial,).
+        Outputs: M (m, m).
         """
 
     def gravity_torque(
@@ -129,8 +154,11 @@ class KernelMethods:
         (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: tau (m,).
 
-        Floating base: wrench on the base and torque of the specific force f on the links,
-        without springs and friction; last inputs f (3,).
+        Floating base: Wrench on the base and torque of the specific force f on the links,
+        without springs and friction.
+
+        Inputs: q (n,), X (p_inertial,), f (3,).
+        Outputs: tau (m,).
         """
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike, X: ArrayLike) -> FloatArray:
@@ -154,8 +182,10 @@ class KernelMethods:
         (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: h (m,).
 
-        Floating base: h = C qd + friction: M (f, wd, qdd) + h = (wrench, tau); last inputs w
-        (3,).
+        Floating base: H = C qd + friction: M (f, wd, qdd) + h = (wrench, tau).
+
+        Inputs: q (n,), qd (n,), X (p,), w (3,).
+        Outputs: h (m,).
         """
 
     def forward_dynamics(
@@ -173,9 +203,11 @@ class KernelMethods:
         robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: qdd (n,).
 
-        Floating base: accelerations of joints and base under torques tau and a wrench on the
-        base; not 0 where M is not positive definite; last inputs w (3,), wrench (6,); outputs
-        qdd (n,), f (3,), wd (3,).
+        Floating base: Accelerations of joints and base under torques tau and a wrench on the
+        base; not 0 where M is not positive definite.
+
+        Inputs: q (n,), qd (n,), tau (n,), X (p,), w (3,), wrench (6,).
+        Outputs: qdd (n,), f (3,), wd (3,).
         """
 
     def energy(
@@ -192,11 +224,19 @@ class KernelMethods:
         robot.
         Outputs: T_out (1,), U_out (1,).
 
-        Floating base: kinetic energy T; last inputs v (3,), w (3,); outputs T_out (1,).
+        Floating base: Kinetic energy T.
+
+        Inputs: q (n,), qd (n,), X (p_inertial,), v (3,), w (3,).
+        Outputs: T_out (1,).
         """
 
     def frames(self, q: ArrayLike) -> FloatArray:
         """Homogeneous transforms 0T_j of all links, fixed ones included.
+
+        Inputs: q (n,).
+        Outputs: T_out (links, 4, 4).
+
+        Floating base: Homogeneous transforms 0T_j of all links, fixed ones included.
 
         Inputs: q (n,).
         Outputs: T_out (links, 4, 4).
@@ -210,6 +250,9 @@ class KernelMethods:
 
         Floating base: Jacobian of the last frame that moves, in frame 0: rows of velocity, then
         of turning; columns of v, w and qd.
+
+        Inputs: q (n,).
+        Outputs: J_out (6, m).
         """
 
     def slotine_li_regressor(
@@ -259,8 +302,10 @@ class KernelMethods:
         robot.
         Outputs: p_out (m,), rate_out (m,).
 
-        Floating base: p = M (v, w, qd) and its rate: dp/dt = (wrench, tau - friction) + rate;
-        last inputs v (3,), w (3,).
+        Floating base: P = M (v, w, qd) and its rate: dp/dt = (wrench, tau - friction) + rate.
+
+        Inputs: q (n,), qd (n,), X (p_inertial,), v (3,), w (3,).
+        Outputs: p_out (m,), rate_out (m,).
         """
 
     def centroidal_momentum(
@@ -277,11 +322,21 @@ class KernelMethods:
         Inputs: q (n,), qd (n,), X (p_inertial,).
         Outputs: h_out (6,), com_out (3,).
 
-        Floating base: last inputs v (3,), w (3,).
+        Floating base: Momentum of the robot about its centre of mass, linear and angular, and
+        the centre of mass, in frame 0.
+
+        Inputs: q (n,), qd (n,), X (p_inertial,), v (3,), w (3,).
+        Outputs: h_out (6,), com_out (3,).
         """
 
     def friction(self, qd: ArrayLike, X: ArrayLike) -> FloatArray:
         """Torque of the friction that joints and couplings declare; effects are not in it.
+
+        Inputs: qd (n,), X (p,).
+        Outputs: tau (n,).
+
+        Floating base: Torque of the friction that joints and couplings declare; effects are not
+        in it.
 
         Inputs: qd (n,), X (p,).
         Outputs: tau (n,).
@@ -302,7 +357,11 @@ class KernelMethods:
         robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: tau (n,).
 
-        Floating base: last inputs f (3,), w (3,), wd (3,).
+        Floating base: Torque of the declared effects; with friction and the rigid body it is
+        inverse_dynamics.
+
+        Inputs: q (n,), qd (n,), qdd (n,), X (p,), f (3,), w (3,), wd (3,).
+        Outputs: tau (n,).
         """
 
     def inverse_dynamics_derivatives(
@@ -320,9 +379,11 @@ class KernelMethods:
         robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: dq_out (n, n), dqd_out (n, n).
 
-        Floating base: d(wrench, tau)/dq, by qd and by w; by f, wd and qdd they are mass_matrix;
-        the derivative of sign(qd) is 0; last inputs f (3,), w (3,), wd (3,); outputs dq_out (m,
-        n), dqd_out (m, n), dw_out (m, 3).
+        Floating base: D(wrench, tau)/dq, by qd and by w; by f, wd and qdd they are mass_matrix;
+        the derivative of sign(qd) is 0.
+
+        Inputs: q (n,), qd (n,), qdd (n,), X (p,), f (3,), w (3,), wd (3,).
+        Outputs: dq_out (m, n), dqd_out (m, n), dw_out (m, 3).
         """
 
     def forward_dynamics_derivatives(
@@ -340,13 +401,20 @@ class KernelMethods:
         robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: dq_out (n, n), dqd_out (n, n), dtau_out (n, n).
 
-        Floating base: d(f, wd, qdd)/dq, by qd, by (wrench, tau) and by w; the derivative of
-        sign(qd) is 0; last inputs w (3,), wrench (6,); outputs dq_out (m, n), dqd_out (m, n),
-        dtau_out (m, m), dw_out (m, 3).
+        Floating base: D(f, wd, qdd)/dq, by qd, by (wrench, tau) and by w; the derivative of
+        sign(qd) is 0.
+
+        Inputs: q (n,), qd (n,), tau (n,), X (p,), w (3,), wrench (6,).
+        Outputs: dq_out (m, n), dqd_out (m, n), dtau_out (m, m), dw_out (m, 3).
         """
 
     def solve_mass_matrix(self, q: ArrayLike, b: ArrayLike, X: ArrayLike) -> FloatArray:
         """X of M(q) x = b.
+
+        Inputs: q (n,), b (m,), X (p_inertial,).
+        Outputs: x (m,).
+
+        Floating base: X of M(q) x = b.
 
         Inputs: q (n,), b (m,), X (p_inertial,).
         Outputs: x (m,).
@@ -355,6 +423,12 @@ class KernelMethods:
     def mass_matrix_factor(self, q: ArrayLike, X: ArrayLike) -> tuple[FloatArray, ...]:
         """M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with
         L from its last row.
+
+        Inputs: q (n,), X (p_inertial,).
+        Outputs: L_out (m, m), D_out (m,).
+
+        Floating base: M = L D L' with ones on the diagonal of L and zeros below it; for
+        projections solve with L from its last row.
 
         Inputs: q (n,), X (p_inertial,).
         Outputs: L_out (m, m), D_out (m,).
@@ -368,6 +442,9 @@ class KernelMethods:
 
         Floating base: Jacobian, in frame 0, of a point in the frame of a link: velocity, then
         turning; columns of v, w and qd.
+
+        Inputs: q (n,), link, point (3,).
+        Outputs: J (6, m).
         """
 
     def link_drift(
@@ -384,8 +461,11 @@ class KernelMethods:
         Inputs: q (n,), qd (n,), link, point (3,).
         Outputs: a (6,).
 
-        Floating base: specific force and angular acceleration, in frame 0, of a point in the
-        frame of a link, less link_jacobian (f, wd, qdd); last inputs w (3,).
+        Floating base: Specific force and angular acceleration, in frame 0, of a point in the
+        frame of a link, less link_jacobian (f, wd, qdd).
+
+        Inputs: q (n,), qd (n,), link, point (3,), w (3,).
+        Outputs: a (6,).
         """
 
     def tool_wrench(
@@ -411,6 +491,11 @@ class KernelMethods:
 
         Inputs: standard (s,).
         Outputs: X (p,).
+
+        Floating base: X from the standard parameters, in this order: model.base.standard.
+
+        Inputs: standard (s,).
+        Outputs: X (p,).
         """
 
     def add_body(
@@ -423,6 +508,13 @@ class KernelMethods:
     ) -> FloatArray:
         """Fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and
         inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off.
+
+        Inputs: X (p,), link, mass, com (3,), inertia (6,).
+        Outputs: X (p,).
+
+        Floating base: Fix a body on a link, in X: its mass, the centre of mass in the frame of
+        the link, and inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it
+        off.
 
         Inputs: X (p,), link, mass, com (3,), inertia (6,).
         Outputs: X (p,).
@@ -440,8 +532,10 @@ class KernelMethods:
         Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
         Outputs: kinetic_out (s_inertial,), potential_out (s_inertial,).
 
-        Floating base: columns DE of kinetic energy in every standard parameter; last inputs v
-        (3,), w (3,); outputs kinetic_out (s_inertial,).
+        Floating base: Columns DE of kinetic energy in every standard parameter.
+
+        Inputs: q (n,), qd (n,), v (3,), w (3,).
+        Outputs: kinetic_out (s_inertial,).
         """
 
     def standard_torque_regressor(
@@ -458,8 +552,11 @@ class KernelMethods:
         (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: out (m, s).
 
-        Floating base: columns of wrench and torque in every standard parameter, friction
-        included; last inputs f (3,), w (3,), wd (3,).
+        Floating base: Columns of wrench and torque in every standard parameter, friction
+        included.
+
+        Inputs: q (n,), qd (n,), qdd (n,), f (3,), w (3,), wd (3,).
+        Outputs: out (m, s).
         """
 
     def load_momentum(
@@ -479,6 +576,12 @@ class KernelMethods:
     def add_load(self, X: ArrayLike, load: ArrayLike) -> FloatArray:
         """X with this load: its XX XY XZ YY YZ ZZ MX MY MZ M in the frame of that link, about its
         origin.
+
+        Inputs: X (p,), load (10,).
+        Outputs: loaded (p,).
+
+        Floating base: X with this load: its XX XY XZ YY YZ ZZ MX MY MZ M in the frame of that
+        link, about its origin.
 
         Inputs: X (p,), load (10,).
         Outputs: loaded (p,).

@@ -110,27 +110,24 @@ def on_base(urdf: Urdf, base: str | None) -> Urdf:
     Raises:
         RobotError: there are several free joints, or joints that move and are not behind it.
     """
-    free = [joint for joint in urdf.joints.values() if joint.floats]
-    if base in (None, names.BASES[0]) or not free:
+    joints = urdf.joints
+    free = next((joint for joint in joints.values() if joint.floats), None)
+    if base in (None, names.BASES[0]) or free is None:
         return replace(urdf, base=base or names.BASES[0])
-    root = free[0].child
-    parents = {joint.child: joint.parent for joint in urdf.joints.values()}
+    parents = {joint.child: joint.parent for joint in joints.values() if joint is not free}
 
     def behind(link: str) -> bool:
-        while link != root and link in parents:
-            link = parents[link]
-        return link == root
+        return behind(parents[link]) if link in parents else link == free.child
 
-    joints = {name: j for name, j in urdf.joints.items() if behind(j.parent)}
-    others = [j for j in urdf.joints.values() if j not in free[:1] and not behind(j.parent)]
-    moving = [repr(shortened(joint.name)) for joint in others if joint.floats or not joint.fixed]
-    if moving:
-        raise RobotError(
-            f"joint {first_of(moving, 3)} does not hang on the free link {shortened(root)!r}; "
-            "accepted: one robot with one free joint"
-        )
+    for name, joint in joints.items():
+        if joint is not free and (joint.floats or not joint.fixed) and not behind(joint.child):
+            raise RobotError(
+                f"joint {shortened(name)!r} does not hang on the free link "
+                f"{shortened(free.child)!r}; accepted: one robot with one free joint"
+            )
     links = {name: body for name, body in urdf.links.items() if behind(name)}
-    return replace(urdf, root=root, links=links, joints=joints, base=base)
+    kept = {name: joint for name, joint in joints.items() if joint.parent in links}
+    return replace(urdf, root=free.child, links=links, joints=kept, base=base)
 
 
 class Chain:
