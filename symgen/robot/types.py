@@ -334,8 +334,14 @@ class Robot:
         return (*self.free, *self.numbers)
 
     def at_rest(self) -> Robot:
-        """Return the robot on a base that does not move."""
-        return replace(self, base=names.BASES[0])
+        """Return the robot on a base that does not move.
+
+        Raises:
+            RobotError: no joint is movable.
+        """
+        if not self.movable:
+            raise RobotError(f"robot {self.name!r}: no joint is movable; accepted: at least one")
+        return replace(self, base=names.BASES[0], mount=None, contacts=())
 
     def mechanism(self) -> Robot:
         """Return the robot without content that derivations ignore, such as limits and names."""

@@ -36,7 +36,7 @@ _LINEAR = {"point": 3, "surface": _BASE}  # equations of a contact
 
 
 @dataclass(frozen=True)
-class Part:
+class EquationPart:
     """Equations that a span of a log gives.
 
     Attributes:
@@ -63,7 +63,7 @@ class Rank:
     unknown: tuple[str, ...]
 
 
-def exact_rank(robot: Robot, base: BaseParameters, parts: Sequence[Part]) -> Rank:
+def exact_rank(robot: Robot, base: BaseParameters, parts: Sequence[EquationPart]) -> Rank:
     """Return the rank of the equations of some parts together.
 
     Args:
@@ -97,7 +97,7 @@ def _equations(robot: Robot, base: BaseParameters) -> tuple[Robot, Tape]:
     return robot, tape.keep([row * width + place for row in rows for place in places])
 
 
-def _rows(robot: Robot, torques: Tape, part: Part, field: PrimeField) -> Residues:
+def _rows(robot: Robot, torques: Tape, part: EquationPart, field: PrimeField) -> Residues:
     """Return a combination of the equations of a part at each of N states, (N, p)."""
     m, p = len(robot.equations), field.p
     width = len(torques.outputs) // m

@@ -16,7 +16,7 @@ import symgen
 from symgen.codegen.kernels import KERNELS
 from symgen.codegen.model import regrouping
 from symgen.robot.tables import Contact
-from symgen.symbolic.ranks import Part, exact_rank
+from symgen.symbolic.ranks import EquationPart, exact_rank
 
 pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
 from oracles.free_flyer import VELOCITY, FreeFlyer
@@ -244,7 +244,7 @@ def quadruped() -> symgen.Model:
 
 @pytest.mark.parametrize(("rows", "rank"), [("all", 94), ("base", 94), ("joints", 84)])
 def test_ranks_of_wrenches_and_torques_alone(quadruped, rows: str, rank: int) -> None:
-    found = exact_rank(quadruped.robot, quadruped.base, [Part(rows)])
+    found = exact_rank(quadruped.robot, quadruped.base, [EquationPart(rows)])
     assert found.rank == rank
     call = symgen.load(quadruped, backend="casadi")
     draw = np.random.default_rng(2)
@@ -270,7 +270,9 @@ def test_ranks_of_wrenches_and_torques_alone(quadruped, rows: str, rank: int) ->
 def test_ranks_where_contacts_stay(quadruped, sets, rank: int, mass: bool) -> None:
     """A foot that never lifts hides a point mass there; a trot shows everything."""
     found = exact_rank(
-        quadruped.robot, quadruped.base, [Part(contacts=tuple(contacts)) for contacts in sets]
+        quadruped.robot,
+        quadruped.base,
+        [EquationPart(contacts=tuple(contacts)) for contacts in sets],
     )
     assert (found.rank, "M0R" not in found.unknown) == (rank, mass)
     W = np.vstack([projected(quadruped, contacts) for contacts in sets])
@@ -303,7 +305,7 @@ def projected(model: symgen.Model, contacts: Sequence[Contact]) -> np.ndarray:
 def test_ranks_in_flight(quadruped) -> None:
     """Without torques, a flight gives X up to one factor."""
     ranks = [
-        exact_rank(quadruped.robot, quadruped.base, [Part(rows, flight=True)])
+        exact_rank(quadruped.robot, quadruped.base, [EquationPart(rows, flight=True)])
         for rows in ("base", "all")
     ]
     assert [(r.rank, len(r.unknown)) for r in ranks] == [(93, 94), (94, 0)]
