@@ -136,8 +136,6 @@ def forward_dynamics_derivatives(p: Plant) -> tuple[list[sp.Expr], ...]:
             if value != 0:
                 inverse[j][k] = tape.name(f"I{j}_{k}", value * share[k])
         for rows, found, letter in ((slopes.by_q, by_q, "u"), (slopes.by_qd, by_qd, "v")):
-            if all(k not in row for row in rows.values()):
-                continue  # a free base: no torque depends on its place
             right = {j: share[j] * rows[j].get(k, sp.S.Zero) for j in order}
             for j, value in factor_solution(p, factor, right, f"{letter}{k}_").items():
                 found[j][k] = -value

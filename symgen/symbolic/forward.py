@@ -17,7 +17,7 @@ from symgen.symbolic.dynamics import (
     mass_matrix,
     weighted_effects,
 )
-from symgen.symbolic.kinematics import base_variables, path, variables
+from symgen.symbolic.kinematics import base_inputs, path, variables
 
 #: Number of joints in one chain from which articulated bodies need fewer steps than the factored
 #: mass matrix. The factor keeps the zeros of branches.
@@ -33,8 +33,8 @@ def accelerating_torque(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     friction = (1 + z a) taur + z b |taur|, the solution is taur = R / (1 + z a + z b sign(R)). It
     is unique if the denominator is positive for both signs.
     """
-    tape, order = p.tape, p.numbers
-    commanded = base_variables(p.robot, "wrench") | variables(p.robot, "tau")
+    tape, order, wrench = p.tape, p.numbers, dict(base_inputs(p.robot)).get("wrench", ())
+    commanded = dict(zip(p.robot.free, wrench, strict=True)) | variables(p.robot, "tau")
     if not p.robot.loaded:
         known = bias_torque(p)
         return {j: tape.name(f"b{j}", tau - known[j]) for j, tau in commanded.items()}, []

@@ -72,12 +72,6 @@ def variables(robot: Robot, name: str) -> dict[int, sp.Symbol]:
     return {j: real_symbol(f"{_PREFIX[name]}{name}{j}") for j in numbers}
 
 
-def base_variables(robot: Robot, *names_: str) -> dict[int, sp.Symbol]:
-    """Return inputs of a free base, such as f and wd, by the numbers of its equations."""
-    inputs = dict(base_inputs(robot))
-    return dict(zip(robot.free, (s for name in names_ for s in inputs.get(name, ())), strict=False))
-
-
 def axes(robot: Robot) -> dict[int, tuple[int, Screw]]:
     """Return link and screw of every equation by number: the axis along or about which its force or
     moment acts, in the frame of the link. A free base comes first, then all moving joints.

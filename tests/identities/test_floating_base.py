@@ -314,3 +314,81 @@ def test_ranks_in_flight(quadruped) -> None:
 def test_gravity_as_an_input_is_refused() -> None:
     with pytest.raises(symgen.SymgenError, match=r"'input' is not possible with base = 'floating'"):
         symgen.parse_robot(DRONE + 'gravity = "input"\n')
+
+
+RICH = """[robot]
+name = "rich"
+base = "floating"
+[geometry]
+L1 = 0.4
+[[joint]]
+antecedent = 0
+alpha = 0.7
+d = "L1"
+friction = ["coulomb", "viscous", "offset"]
+coulomb_width = 0.3
+[[joint]]
+d = "L1"
+alpha = "pi/2"
+friction = ["viscous"]
+[[joint]]
+antecedent = 1
+d = 0.3
+follows = "pi/3 - 2*q2"
+[[joint]]
+sigma = 1
+antecedent = 0
+alpha = -0.4
+[[coupling]]
+joints = [1, 2]
+ratio = 0.5
+[payload]
+joint = 2
+[[effect]]
+name = "load_dependent_friction"
+joints = [1]
+[[effect]]
+name = "gravity_spring"
+joints = [4]
+"""
+
+
+def test_couplings_followers_effects_and_a_payload_on_a_floating_base() -> None:
+    """Kernels agree with each other, and derivatives with differences."""
+    model = symgen.derive(symgen.parse_robot(RICH), tuple(KERNELS))
+    call, draw = symgen.load(model, backend="casadi"), np.random.default_rng(5)
+    n, standard = 3, []
+    for p in model.base.standard:
+        solid = {"M": 2.0, "XX": 0.4, "YY": 0.5, "ZZ": 0.6, "MX": 0.1, "MZ": -0.2}
+        standard.append(solid.get(p.prefix, 0.05))
+    X = call.base_parameters(standard)
+    q, qd, qdd, f, w, wd, v = (draw.uniform(-1, 1, k) for k in (n, n, n, 3, 3, 3, 3))
+
+    def dynamics(q, qd, w) -> np.ndarray:
+        return call.inverse_dynamics(q, qd, qdd, X, f, w, wd)
+
+    want, step = dynamics(q, qd, w), 1e-6
+    M, inertial = call.mass_matrix(q, X), X[: model.inertial]
+    found = call.forward_dynamics(q, qd, want[6:], X, w, want[:6])
+    for got, expected in zip(found, (qdd, f, wd), strict=True):
+        np.testing.assert_allclose(got, expected, atol=1e-9)
+    slopes = call.inverse_dynamics_derivatives(q, qd, qdd, X, f, w, wd)
+    for k, (slope, size) in enumerate(zip(slopes, (n, n, 3), strict=True)):
+        for j, unit in enumerate(np.eye(size)):
+            state = [(q, qd, w), (q, qd, w)]
+            ends = [list(s) for s in state]
+            for end, sign in zip(ends, (1, -1), strict=True):
+                end[k] = end[k] + sign * step * unit
+            difference = (dynamics(*ends[0]) - dynamics(*ends[1])) / (2 * step)
+            np.testing.assert_allclose(slope[:, j], difference, atol=1e-7)
+    u = np.array([*v, *w, *qd])
+    p, rate = call.generalized_momentum(q, qd, X, v, w)
+    near(p, M @ u)
+    columns = call.momentum_regressor(q, qd, v, w)
+    near(columns[0] @ inertial, p)
+    near(columns[1] @ inertial, rate)
+    near(call.energy(q, qd, X, v, w), 0.5 * u @ M @ u)
+    J = call.link_jacobian(q, 3, [0.1, 0.2, 0.3])
+    moved = call.link_jacobian(q + step * qd, 3, [0.1, 0.2, 0.3]) - J
+    still = call.link_drift(q, qd, 3, [0.1, 0.2, 0.3], np.zeros(3))
+    np.testing.assert_allclose(moved @ np.array([*np.zeros(6), *qd]) / step, still, atol=1e-5)
