@@ -105,7 +105,7 @@ class KernelDefinition:
         name: its name in the interface.
         doc: description; see kernels.toml.
         inputs: the input arrays; g only if gravity is an input of the robot.
-        outputs: the output arrays. Those without entries are left out.
+        outputs: the output arrays; those without entries are dropped.
         tape: derives the program. After the entries of the arrays, its outputs are guards. The last
             m guards are the pivots of the mass matrix; guards before them concern load effects.
         exists: whether a robot has it.

@@ -311,7 +311,7 @@ class Robot:
 
     @property
     def floating(self) -> bool:
-        """Whether the base moves freely: it has parameters and equations of its own."""
+        """Whether the base moves freely: it has parameters and equations."""
         return self.base == "floating"
 
     @property

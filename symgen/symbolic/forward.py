@@ -76,9 +76,9 @@ def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr], list[sp.Expr]]:
         qdd, pivots = linear_solution(p, right)
         return qdd, [], [*positive, *pivots]
     factor = factored(p, mass_matrix(p))
-    found = factor_solution(p, factor, right, "o")
-    base = [found.pop(j) for j in p.robot.free]
-    return found, base, [*positive, *factor.pivots]
+    qdd = factor_solution(p, factor, right, "o")
+    base = [qdd.pop(j) for j in p.robot.free]
+    return qdd, base, [*positive, *factor.pivots]
 
 
 def solve_mass_matrix(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:

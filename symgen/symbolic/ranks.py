@@ -7,7 +7,7 @@ point (or surface) zero, and its specific force -g:
     J (v, w, qd) = 0,    J (f, wd, qdd) + drift + g = 0 (without g for the angular acceleration)
 
 Its force is unknown. Only the equations in the null space of J remain. In flight, no wrench acts on
-the base, and f and wd depend on X. Friction is left out: the equations of joints show it.
+the base, and f and wd depend on X. Friction is ignored: the equations of joints show it.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Rank:
 
 
 def exact_rank(robot: Robot, base: BaseParameters, parts: Sequence[EquationPart]) -> Rank:
-    """Return the rank of the equations of some parts together.
+    """Return the rank of the equations of some parts, as one system.
 
     Args:
         robot: a robot with a floating base.
@@ -73,7 +73,7 @@ def exact_rank(robot: Robot, base: BaseParameters, parts: Sequence[EquationPart]
     """
     names = tuple(p.name for p in base.parameters if p.inertial)
     robot, torques = _equations(robot, base)
-    found = set()
+    ranks = set()
     for sample in modulo_primes(
         robot, lambda field: np.vstack([_rows(robot, torques, part, field) for part in parts])
     ):
@@ -81,10 +81,10 @@ def exact_rank(robot: Robot, base: BaseParameters, parts: Sequence[EquationPart]
         shared = (rows != 0).sum(axis=1) > 1
         known = {k for k, more in zip(pivots, shared, strict=True) if not more}
         unknown = (name for k, name in enumerate(names) if k not in known)
-        found.add(Rank(len(pivots), tuple(unknown)))
-    if len(found) > 1:
+        ranks.add(Rank(len(pivots), tuple(unknown)))
+    if len(ranks) > 1:
         raise SymgenError("the exact rank differs between primes: an unlucky draw")
-    return found.pop()
+    return ranks.pop()
 
 
 def _equations(robot: Robot, base: BaseParameters) -> tuple[Robot, Tape]:
@@ -112,14 +112,14 @@ def _rows(robot: Robot, torques: Tape, part: EquationPart, field: PrimeField) ->
         return np.asarray(out.reshape(count, rows, -1) % p)
 
     def at_contacts(tape: Tape) -> Residues:
-        found = []
+        parts = []
         for contact in part.contacts:
             frame = robot.frame(contact.frame)
             link = [int(joint.number == frame.joint) for joint in robot.bodies]
             point = [field.constant(exact(x)) for x in frame.xyz]
             rows = run(tape, _BASE, link=link, point=point)
-            found.append(rows[:, : _LINEAR[contact.kind]])
-        return np.concatenate(found, axis=1)
+            parts.append(rows[:, : _LINEAR[contact.kind]])
+        return np.concatenate(parts, axis=1)
 
     state |= _split(drawn(m), "f", "wd", "qdd") | _split(drawn(_BASE), "v", "w")
     weight = np.zeros((count, m), np.int64)

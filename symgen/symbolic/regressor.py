@@ -139,8 +139,8 @@ def momentum_tape(robot: Robot) -> Tape:
     scene, frame, _ = _scene(robot)
     # (dw, dV) of link i with q_j, by i and j. In frame j the speed of the joint itself makes no
     # difference: it is along z, through the origin.
-    own = {j: screw_rate(screw, frame[link].twist) for j, (link, screw) in axes(robot).items()}
-    change = in_later_frames(scene.way, own, "IJ", scene.tape)
+    rates = {j: screw_rate(screw, frame[link].twist) for j, (link, screw) in axes(robot).items()}
+    change = in_later_frames(scene.way, rates, "IJ", scene.tape)
     momentum: Columns = []
     slope: Columns = []
     for p in scene.parameters:

@@ -92,7 +92,7 @@ def import_mjcf(text: str, where: str = "robot.xml", base: str | None = None) ->
             line = f"symgen import {Path(where).name} --into robot.toml --base"
             raise RobotError(
                 f"body {shortened(free[0])!r} has a free joint; accepted: {line} floating, for a "
-                "robot with legs, wings or wheels; or with --base imu, for its joints alone, or "
+                "robot with legs, wings or wheels; or with --base imu, for its joints only, or "
                 "--base fixed, for a robot that is held"
             )
         chain = Chain(on_base(tree.urdf, base))
