@@ -15,8 +15,6 @@ from support import parsed, robot_of, sampled
 import symgen
 from symgen.codegen.kernels import KERNELS
 from symgen.codegen.model import regrouping
-from symgen.robot.tables import Contact
-from symgen.symbolic.ranks import EquationPart, exact_rank
 
 pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
 from oracles.free_flyer import VELOCITY, FreeFlyer
@@ -233,8 +231,8 @@ xyz = [0.2, 0.0, 0.01]
     for leg, place in enumerate((0.7, 2.4, -0.7, -2.4), 1)
 )
 KERNELS_OF_RANKS = ("torque_regressor", "link_jacobian", "link_drift")
-POINTS = [Contact(f"foot{leg}", "point") for leg in (1, 2, 3, 4)]
-SURFACES = [Contact(f"foot{leg}", "surface") for leg in (1, 2, 3, 4)]
+POINTS = [symgen.Contact(f"foot{leg}", "point") for leg in (1, 2, 3, 4)]
+SURFACES = [symgen.Contact(f"foot{leg}", "surface") for leg in (1, 2, 3, 4)]
 
 
 @pytest.fixture(scope="module")
@@ -244,7 +242,7 @@ def quadruped() -> symgen.Model:
 
 @pytest.mark.parametrize(("rows", "rank"), [("all", 94), ("base", 94), ("joints", 84)])
 def test_ranks_of_wrenches_and_torques_alone(quadruped, rows: str, rank: int) -> None:
-    found = exact_rank(quadruped.robot, quadruped.base, [EquationPart(rows)])
+    found = symgen.exact_rank(quadruped.robot, quadruped.base, [symgen.EquationPart(rows)])
     assert found.rank == rank
     call = symgen.load(quadruped, backend="casadi")
     draw = np.random.default_rng(2)
@@ -269,17 +267,17 @@ def test_ranks_of_wrenches_and_torques_alone(quadruped, rows: str, rank: int) ->
 )
 def test_ranks_where_contacts_stay(quadruped, sets, rank: int, mass: bool) -> None:
     """A foot that never lifts hides a point mass there; a trot shows everything."""
-    found = exact_rank(
+    found = symgen.exact_rank(
         quadruped.robot,
         quadruped.base,
-        [EquationPart(contacts=tuple(contacts)) for contacts in sets],
+        [symgen.EquationPart(contacts=tuple(contacts)) for contacts in sets],
     )
     assert (found.rank, "M0R" not in found.unknown) == (rank, mass)
     W = np.vstack([projected(quadruped, contacts) for contacts in sets])
     assert np.linalg.matrix_rank(W, tol=1e-10 * np.linalg.norm(W, 2)) == rank
 
 
-def projected(model: symgen.Model, contacts: Sequence[Contact]) -> np.ndarray:
+def projected(model: symgen.Model, contacts: Sequence[symgen.Contact]) -> np.ndarray:
     """Columns where contacts stay, in floats, projected by I - J+ J."""
     call, draw, out = symgen.load(model, backend="casadi"), np.random.default_rng(4), []
     places = [model.robot.frame(c.frame) for c in contacts]
@@ -305,7 +303,7 @@ def projected(model: symgen.Model, contacts: Sequence[Contact]) -> np.ndarray:
 def test_ranks_in_flight(quadruped) -> None:
     """Without torques, a flight gives X up to one factor."""
     ranks = [
-        exact_rank(quadruped.robot, quadruped.base, [EquationPart(rows, flight=True)])
+        symgen.exact_rank(quadruped.robot, quadruped.base, [symgen.EquationPart(rows, flight=True)])
         for rows in ("base", "all")
     ]
     assert [(r.rank, len(r.unknown)) for r in ranks] == [(93, 94), (94, 0)]
