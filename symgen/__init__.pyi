@@ -76,7 +76,6 @@ from symgen.robot.toml_io import (
 )
 from symgen.robot.toml_text import robot_toml as robot_toml
 from symgen.robot.tables import (
-    Contact as Contact,
     Frame as Frame,
     Contact as Contact,
     Limits as Limits,
