@@ -179,6 +179,19 @@ def kernels(_: str) -> str:
     return table(("group", "function", "outputs", "meaning"), rows)
 
 
+def floating_kernels(_: str) -> str:
+    """Return the kernels of a floating base with inputs, outputs and meaning."""
+    from symgen.codegen.kernels import DEFINITIONS
+
+    rows = []
+    for d in (d.floating for d in DEFINITIONS if "floating" in d.bases):
+        inputs = ", ".join(a.name for a in d.inputs)
+        outputs = ", ".join(a.text for a in d.outputs)
+        meaning = d.doc.format(linear="p", standard="standard_names in manifest.json")
+        rows.append((f"`{d.name}({inputs})`", outputs, meaning))
+    return table(("function", "outputs", "meaning"), rows)
+
+
 def examples(_: str) -> str:
     """Return title and picture of every example, with a link to its page."""
     out = []

@@ -77,6 +77,7 @@ from symgen.robot.toml_io import (
 from symgen.robot.toml_text import robot_toml as robot_toml
 from symgen.robot.tables import (
     Frame as Frame,
+    Contact as Contact,
     Limits as Limits,
 )
 from symgen.robot.types import (
@@ -88,5 +89,10 @@ from symgen.runtime.evaluator import (
     load as load,
 )
 from symgen.symbolic.base_parameters import BaseParameters as BaseParameters
+from symgen.symbolic.ranks import (
+    EquationPart as EquationPart,
+    Rank as Rank,
+    exact_rank as exact_rank,
+)
 
 def load_views() -> symgen.views.Views: ...

@@ -25,12 +25,17 @@ FRICTION = {"coulomb": "FS", "viscous": "FV", "offset": "OF"}
 COUPLING_INERTIA = "IAM"
 COUPLING_FRICTION = ("FVM", "FSM")
 
-#: Bases of a robot: at rest, or with an IMU that measures its motion.
-BASES = ("fixed", "imu")
+#: Bases of a robot: at rest, with an IMU that measures their motion, or such a one that is free to
+#: move, so that it has parameters and equations too.
+BASES = ("fixed", "imu", "floating")
 #: Measurements of the IMU in the axes of the base: specific force a - g, m/s2, and angular
 #: velocity, rad/s, with its derivative. They are inputs of kernels and, except for wd, columns of
 #: logs.
 BASE = ("f", "w", "wd")
+#: Inputs that describe a free base, in their order, with their sizes: those of the IMU, the
+#: velocity of its origin, m/s, and the force and moment on it, N and N m, about the origin in its
+#: axes.
+FREE_BASE = {"f": 3, "v": 3, "w": 3, "wd": 3, "wrench": 6}
 
 #: License and maintainer of a package, in the manifests of other tools, if its user names none.
 LICENSE = "Proprietary"

@@ -34,8 +34,9 @@ def stub() -> str:
 def methods() -> Iterator[str]:
     """Yield the declaration of each method."""
     for d in DEFINITIONS:
-        arguments = ["self", *(f"{a.name}: ArrayLike" for a in d.inputs if a.name != GRAVITY)]
-        if any(a.name == GRAVITY for a in d.inputs):
+        plain = [a.name for a in d.inputs if a.name != GRAVITY]
+        arguments = ["self", *(f"{name}: ArrayLike" for name in plain)]
+        if len(plain) < max(len(d.inputs), len(d.floating.inputs)):
             arguments += ["*base: ArrayLike", "**named: ArrayLike"]
         result = "FloatArray" if len(d.outputs) == 1 else "tuple[FloatArray, ...]"
         line = f"    def {d.name}({', '.join(arguments)}) -> {result}:"

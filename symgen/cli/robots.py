@@ -10,6 +10,7 @@ import click
 
 from symgen.cli.options import EXACT, PATH
 from symgen.errors import SymgenWarning
+from symgen.names import BASES
 from symgen.report.terminal import print_robot, say, table
 
 
@@ -25,10 +26,17 @@ def robots() -> None:
 @click.argument("file", type=PATH)
 @click.option("--name", help="Name of the robot, a C identifier; default that of FILE.")
 @click.option("--fix", multiple=True, help="Joint to fix, NAME or NAME=VALUE; repeatable.")
+@click.option("--base", type=click.Choice(BASES), help="Base of the robot: at rest (default), with "
+              "an IMU, or floating, with six equations.")  # fmt: skip
 @EXACT
 @click.option("--into", type=PATH, help="robot.toml to write; default none.")
 def import_(
-    file: Path, name: str | None, fix: tuple[str, ...], exact: bool, into: Path | None
+    file: Path,
+    name: str | None,
+    fix: tuple[str, ...],
+    base: str | None,
+    exact: bool,
+    into: Path | None,
 ) -> None:
     """Convert FILE (.urdf, .par of SYMORO, .xml of MuJoCo) to robot.toml and print its table.
 
@@ -44,7 +52,7 @@ def import_(
 
     if into is not None and into.suffix != ".toml":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .toml")
-    found = with_fixed(read_imported(file), fix)
+    found = with_fixed(read_imported(file, base), fix)
     if name is not None:
         found = with_name(found, name)
     robot = replace(found.robot, exact=exact)

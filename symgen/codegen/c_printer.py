@@ -75,6 +75,7 @@ class Printer:
         tape = kernel.tape
         self.prefix = prefix
         self.kernel, self.tape, self.values, self.dtype = kernel, tape, values, dtype
+        self.first = kernel.first
         self.value = dtype  # type of values that depend on the sample
         self.own = prefix if dtype == "double" else None  # prefix of the sincos of several angles
         self.word: dict[sp.Expr, str] = {s: s.name for s in tape.order}
@@ -95,7 +96,7 @@ class Printer:
         lines += [
             f"const {self.dtype} {symbol.name} = ({self.dtype})(link == {i}u);"
             for name, symbols in self.tape.inputs
-            for i, symbol in enumerate(symbols, 1)
+            for i, symbol in enumerate(symbols, self.first)
             if name == LINK and symbol in used
         ]
         lines += [

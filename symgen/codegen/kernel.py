@@ -11,7 +11,7 @@ from typing import Any
 from symgen.symbolic.tape import Tape
 
 #: Input that selects a link. On the tape it is one symbol for each link: 1 if selected, otherwise
-#: 0.
+#: 0. The number of the first link is 1, or 0 for a free base.
 LINK = "link"
 #: Scalar inputs.
 SCALARS = ("mass",)
@@ -42,12 +42,19 @@ class Argument:
         size: number of entries; for `link`, the number of links.
         read: whether the kernel reads it.
         written: whether the kernel writes it.
+        first: for `link`, the number of the first link.
     """
 
     name: str
     size: int
     read: bool
     written: bool
+    first: int = 1
+
+    @property
+    def last(self) -> int:
+        """For `link`, the number of the last link."""
+        return self.first + self.size - 1
 
     @property
     def link(self) -> bool:
@@ -87,6 +94,7 @@ class Kernel:
         outputs: the output arrays.
         guards: for each guard, the message if it is the first one that is not positive.
         batch: whether there is a version for N samples.
+        first: number of the first link for its input `link`.
     """
 
     name: str
@@ -95,6 +103,7 @@ class Kernel:
     outputs: tuple[Output, ...]
     guards: tuple[str, ...] = ()
     batch: bool = True
+    first: int = 1
 
     @property
     def size(self) -> int:
@@ -107,7 +116,9 @@ class Kernel:
         written = {o.name: o.size for o in self.outputs}
         read = {name: len(symbols) for name, symbols in self.tape.inputs}
         sizes = read | {name: size for name, size in written.items() if name not in read}
-        return tuple(Argument(n, size, n in read, n in written) for n, size in sizes.items())
+        return tuple(
+            Argument(n, size, n in read, n in written, self.first) for n, size in sizes.items()
+        )
 
     @property
     def inputs(self) -> tuple[Argument, ...]:
@@ -115,14 +126,14 @@ class Kernel:
         return tuple(a for a in self.arguments if a.read)
 
     @property
-    def links(self) -> int:
-        """Number of links for its input `link`; 0 if it has none."""
-        return next((a.size for a in self.arguments if a.link), 0)
+    def link(self) -> Argument | None:
+        """Its input `link`, or None."""
+        return next((a for a in self.arguments if a.link), None)
 
     @property
     def fallible(self) -> bool:
         """Whether a call can fail; the C function then returns a status."""
-        return bool(self.guards or self.links)
+        return bool(self.guards or self.link)
 
     def listed(self, real: str, *, batch: bool = False) -> str:
         """Return the C declarations of the arguments."""

@@ -8,12 +8,14 @@ an evaluator with their stub, and the table of docs/c.md follow from it.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from importlib import resources
 from typing import Any
 
 from symgen.codegen.definition import (
+    GRAVITY,
     Array,
     Columns,
     KernelDefinition,
@@ -23,7 +25,7 @@ from symgen.codegen.definition import (
     of_plant,
     of_robot,
 )
-from symgen.names import LINK
+from symgen.names import BASES, FREE_BASE, LINK
 from symgen.symbolic import (
     derivatives,
     dynamics,
@@ -74,6 +76,7 @@ def _standard(s: Subject, *, inertial: bool) -> list[tuple[str, int]]:
 
 _SIZES: dict[Any, Size | Columns] = {
     "n": Size("n", lambda s: s.robot.n),
+    "m": Size("m", lambda s: len(s.robot.equations)),
     "links": Size("links", lambda s: len(s.robot.joints)),
     "p": Size("p", lambda s: len(s.base.parameters)),
     "p_inertial": Size("p_inertial", lambda s: s.base.inertial),
@@ -87,6 +90,7 @@ _SIZES: dict[Any, Size | Columns] = {
 }
 #: What a robot needs to have a kernel: a test, and what a robot without it lacks.
 _NEEDS = {
+    "joints": (lambda s: s.robot.n > 0, "no movable joints"),
     "friction": (lambda s: bool(_rubbing(s)), "no friction and no effects"),
     "effects": (lambda s: bool(s.robot.effects), "no effects"),
     "columns": (lambda s: not s.robot.loaded, "friction that depends on the load of its joint"),
@@ -107,7 +111,9 @@ def _definitions() -> tuple[KernelDefinition, ...]:
     shapes, out = tables.pop("inputs"), []
     for name, row in tables.items():
         inputs = [_array(x, shapes.get(x, ["n"])) for x in row.pop("inputs").split()]
-        outputs = [_array(*pair) for pair in row.pop("outputs").items()]
+        outputs = _outputs(row.pop("outputs"))
+        bases = tuple(row.pop("bases", " ".join(BASES)).split())
+        free = row.pop("floating", {})
         module, _, function = row.pop("derived").partition(".")
         exists, lacks = _NEEDS.get(row.pop("needs", ""), (None, ""))
         (tape,) = (
@@ -116,13 +122,32 @@ def _definitions() -> tuple[KernelDefinition, ...]:
             for found in modules
             if found.__name__.endswith(f".{module}")
         )
-        out.append(
-            KernelDefinition(
-                name=name, inputs=tuple(inputs), outputs=tuple(outputs), tape=tape,
-                exists=exists, lacks=lacks, **row,
-            )
+        definition = KernelDefinition(
+            name=name, inputs=tuple(inputs), outputs=outputs, tape=tape,
+            exists=exists, lacks=lacks, bases=bases, **row,
         )  # fmt: skip
+        out.append(replace(definition, floating=_for_free_base(definition, **free)))
     return tuple(out)
+
+
+def _outputs(shapes: Mapping[str, Sequence[Any]]) -> tuple[Array, ...]:
+    return tuple(_array(name, shape) for name, shape in shapes.items())
+
+
+def _for_free_base(
+    definition: KernelDefinition,
+    base: str = "",
+    doc: str = "",
+    outputs: Mapping[str, Sequence[Any]] | None = None,
+) -> KernelDefinition:
+    """Return the definition for a floating base."""
+    inputs = [Array(name, (FREE_BASE[name],)) for name in base.split()]
+    return replace(
+        definition,
+        inputs=(*(a for a in definition.inputs if a.name != GRAVITY), *inputs),
+        outputs=definition.outputs if outputs is None else _outputs(outputs),
+        doc=doc or definition.doc,
+    )
 
 
 DEFINITIONS = _definitions()

@@ -38,7 +38,7 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
             {
                 name: X[: len(symbols)]
                 if name == "X"
-                else [1 + point % len(symbols)]
+                else [kernel.first + point % len(symbols)]
                 if name == LINK
                 else [round(draw.uniform(-2.0, 2.0), 6) for _ in symbols]
                 for name, symbols in kernel.tape.inputs
@@ -160,7 +160,7 @@ def evaluate(
     for name, symbols in kernel.tape.inputs:
         if name == LINK:
             inputs[name] = [
-                number(str(int(i == point[name][0]))) for i in range(1, len(symbols) + 1)
+                number(str(int(i == point[name][0]))) for i, _ in enumerate(symbols, kernel.first)
             ]
     return kernel.tape.run(arithmetic, inputs)[: kernel.size]
 

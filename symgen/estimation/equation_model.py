@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symgen.codegen.definition import FIXED_BASE
+from symgen.codegen.definition import NOT_FOR
 from symgen.codegen.kernels import ENERGY, KERNELS
 from symgen.codegen.model import Model
 from symgen.errors import IdentificationError
@@ -43,7 +43,7 @@ def require_model(robot: Robot, model: str) -> None:
         )
     if robot.imu and model != "torque":
         raise IdentificationError(
-            f"model {model}: it {FIXED_BASE.format(robot.name)}; accepted: model torque"
+            f"model {model}: it {NOT_FOR[robot.base].format(robot.name)}; accepted: model torque"
         )
 
 
@@ -78,7 +78,7 @@ class EquationModel:
         """Return the kernels that exist for this robot: some need friction."""
         rubs = len(model.base.parameters) > model.inertial
         kernels = (k for k in self.all_kernels if rubs or not k.startswith("friction"))
-        return tuple(k for k in kernels if not (model.robot.imu and KERNELS[k].fixed_base))
+        return tuple(k for k in kernels if model.robot.base in KERNELS[k].bases)
 
     def runs_on(self, evaluator: Evaluator) -> bool:
         """Return whether a loaded model has all kernels."""

@@ -87,6 +87,9 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     with located(log.name):
         _require_within(log, robot, reading)
         log = with_servo_torques(log, robot.controller, robot.drive)
+        if robot.floating or robot.mount is not None:
+            accepted = "base = 'imu' or 'fixed', with f and w of the origin of frame 0"
+            refuse("is of a robot with a floating base or with [base]", accepted)
         if robot.imu:
             _require_base_motion(log)
         if reading.wrench and log.wrench is None:

@@ -144,7 +144,7 @@ def identified_file(
     """
     path = Path(path)
     require_scale(estimate, f"{path.name}: not exported")
-    imported = read_imported(path)
+    imported = read_imported(path, None if robot is None else robot.base)
     model = derive(with_fixed_links(robot or imported.robot, imported.robot, path))
     ours = [name.removesuffix("R") for name in model.base.names]
     theirs = [p.name.removesuffix("R") for p in estimate.parameters]
@@ -175,10 +175,11 @@ def identified_file(
                 f"the identified X {least}"
             )
     if mjcf:
-        text = updated_mjcf(path, dynamics, drives)
+        text = updated_mjcf(path, dynamics, drives, model.robot.base)
     else:
         text, _ = read_text(path, "accepted: a .urdf")
-        text, contained = updated_urdf(text, dynamics, str(path)), set()
+        text = updated_urdf(text, dynamics, str(path), model.robot.base)
+        contained = set()
         if estimate.drives:
             notes.append(_NO_ACTUATORS)
         if any(joint.armature for joint in dynamics.joints):

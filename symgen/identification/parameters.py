@@ -230,7 +230,7 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
     Raises:
         ParameterError: the file has no parameters, or its frames are not those of the model.
     """
-    imported = read_imported(path)
+    imported = read_imported(path, model.robot.base)
     if not imported.parameters:
         raise ParameterError(f"{path}: it holds no values of parameters")
     robot = with_fixed_links(model.robot, imported.robot, path)
@@ -303,7 +303,7 @@ def with_fixed_links(robot: Robot, imported: Robot, where: str | Path) -> Robot:
     Raises:
         ParameterError: the frames of a joint differ.
     """
-    count = imported.moving[-1].number
+    count = max((joint.number for joint in imported.moving), default=0)
     theirs, ours = imported.with_values().joints[:count], robot.with_values().joints
     behind = [joint for joint in ours[count:] if not joint.fixed]
     for a, b in zip(theirs, ours, strict=False):

@@ -54,7 +54,7 @@ _AT_LIMIT, _STRAY = 1e-6, 0.01
 
 
 def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
-    """Return the link of every joint of the file, including fixed joints.
+    """Return the link of every joint of the file, including fixed joints, and link 0 if it is free.
 
     With c = m/M, the inertia about the centre of mass is J - M (c'c I - c c'). A link whose
     parameters are all 0 is a frame without mass. A payload is part of its link.
@@ -64,7 +64,7 @@ def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
         values: standard parameters by name, with all those of links (XX3 ... M3, XXL ... ML).
     """
     out = []
-    for joint in robot.joints:
+    for joint in robot.bodies:
         suffixes = [str(joint.number)] + ["L"] * (robot.payload == joint.number)
         rows = [[values[f"{prefix}{suffix}"] for prefix in names.LINK] for suffix in suffixes]
         link = np.sum(rows, axis=0)

@@ -62,7 +62,7 @@ def with_fixed(imported: Imported, fixed: Sequence[str]) -> Imported:
             "accepted: sigma = 2 in its robot.toml"
         )
     joints = tuple(_substituted(joint, held) for joint in robot.joints)
-    if not any(joint.movable for joint in joints):
+    if not any(joint.movable for joint in joints) and not robot.floating:
         raise RobotError(
             f"--fix: no joint of {robot.name} would be movable; accepted: at least one"
         )

@@ -209,6 +209,32 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Mount:
+    """[base]: the place of the IMU of a base that moves, in frame 0.
+
+    Attributes:
+        position: its origin, m.
+        rotation: roll, pitch and yaw of its axes, rad, as in a URDF.
+    """
+
+    position: Triple = (0.0, 0.0, 0.0)
+    rotation: Triple = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Contact:
+    """[[contact]]: a place where a robot with a floating base may touch its surroundings.
+
+    Attributes:
+        frame: name of a [[frame]]; its origin is the place.
+        kind: "point" for a force without a moment, as of a round foot or a rope; or "surface".
+    """
+
+    frame: Name
+    kind: Annotated[str, word_check("point", "surface")]
+
+
+@dataclass(frozen=True)
 class Sensor:
     """[sensor]: a force/torque sensor between the arm and its tool, at a [[frame]] of the file."""
 

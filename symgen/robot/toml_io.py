@@ -25,6 +25,7 @@ from symgen.robot.imported import FORMATS, Imported, read_text, robot_text
 from symgen.robot.loop_check import require_closed
 from symgen.robot.schema import TableReader, keys, require_keys
 from symgen.robot.tables import (
+    Contact,
     Coupling,
     Drive,
     EffectTable,
@@ -34,6 +35,7 @@ from symgen.robot.tables import (
     Limits,
     LogForm,
     Loop,
+    Mount,
     PayloadTable,
     Sensor,
     Servo,
@@ -51,7 +53,7 @@ from symgen.robot.types import (
 #: The tables of a file.
 _TABLES = (
     "robot", "geometry", "joint", "coupling", "payload", "limits", "drive", "controller", "log",
-    "effect", "loop", "frame", "sensor",
+    "effect", "loop", "frame", "sensor", "base", "contact",
 )  # fmt: skip
 _GRAVITY = [0, 0, Decimal("-9.81")]  # m/s2, for files without gravity
 _SIDE = Annotated[str, word_check("motor", "link")]
@@ -87,8 +89,12 @@ def read_robot(source: Robot | str | Path) -> Robot:
     return imported.robot
 
 
-def read_imported(path: str | Path) -> Imported:
+def read_imported(path: str | Path, base: str | None = None) -> Imported:
     """Read a .urdf, a .par of SYMORO, or an .xml of MuJoCo.
+
+    Args:
+        path: path of the file.
+        base: base of the robot, see `Robot`; None for a fixed one, unless the file has a free one.
 
     Raises:
         RobotError: the file cannot be read, or symgen cannot represent the robot.
@@ -96,10 +102,10 @@ def read_imported(path: str | Path) -> Imported:
     accepted = f"accepted: a path to a file with the ending {' or '.join(FORMATS)}"
     if Path(path).suffix.lower() not in FORMATS:
         raise RobotError(f"{shortened(str(path)) or '(empty)'}: not such a file; {accepted}")
-    return parse_imported(*read_text(path, accepted))
+    return parse_imported(*read_text(path, accepted), base)
 
 
-def parse_imported(text: str, path: Path) -> Imported:
+def parse_imported(text: str, path: Path, base: str | None = None) -> Imported:
     """Read the text of a file; its ending gives the format.
 
     Raises:
@@ -107,7 +113,7 @@ def parse_imported(text: str, path: Path) -> Imported:
     """
     name = FORMATS[path.suffix.lower()]
     module = import_module(f"symgen.robot.formats.{name}")
-    found: Imported = getattr(module, f"import_{name}")(text, str(path))
+    found: Imported = getattr(module, f"import_{name}")(text, str(path), base)
     return found
 
 
@@ -140,13 +146,12 @@ def _written(digits: str) -> Decimal:
 def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
     """Build a robot from the content of a file."""
     require_keys(data, _TABLES, "file")
-    for key in ("robot", "joint"):
-        if key not in data:
-            raise RobotError(f"{key}: is missing; it must be given")
+    if "robot" not in data:
+        raise RobotError("robot: is missing; it must be given")
     lengths = reader.value(dict[GeometryName, sp.Expr], data.get("geometry", {}), "geometry")
     reader.geometry = {name: written_fraction(value) for name, value in lengths.items()}
     head = _head(data["robot"], reader)
-    joints = _joints(data, reader)
+    joints = _joints(data, reader, head.base == names.BASES[-1])
     sigma = {joint.number: joint.sigma for joint in joints if joint.movable}
     reader.joints, reader.movable = len(joints), tuple(sigma)
     effects, sought = _effects(_repeated(data, "effect"), sigma, reader)
@@ -167,14 +172,22 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
         drive=_drive(data, reader),
         frames=_frames(_repeated(data, "frame"), reader),
         sensor=_once(data, "sensor", Sensor, reader),
+        mount=_once(data, "base", Mount, reader),
+        contacts=tuple(reader.table(Contact, t, "contact") for t in _repeated(data, "contact")),
         controller=_once(data, "controller", Servo, reader),
         log=_once(data, "log", LogForm, reader),
         exact=head.exact,
     )
     require_closed(robot)
-    if robot.sensor is not None:
-        with located("sensor, key 'frame'"):
-            robot.frame(robot.sensor.frame)
+    places = {"sensor": robot.sensor.frame} if robot.sensor is not None else {}
+    places |= {f"contact {k}": contact.frame for k, contact in enumerate(robot.contacts, 1)}
+    for place, frame in places.items():
+        with located(f"{place}, key 'frame'"):
+            robot.frame(frame)
+    if robot.mount is not None and not robot.imu:
+        raise RobotError("base: accepted: with base = 'imu' or 'floating' in [robot]")
+    if robot.contacts and not robot.floating:
+        raise RobotError("contact: accepted: with base = 'floating' in [robot]")
     return robot
 
 
@@ -204,22 +217,25 @@ def _head(table: Any, reader: TableReader) -> Head:
         return head
     if head.base != names.BASES[0]:
         raise RobotError(
-            "robot, key 'gravity': 'input' is not possible with base = 'imu', whose specific force "
-            "contains gravity; accepted: gravity where the base rests, three numbers"
+            f"robot, key 'gravity': 'input' is not possible with base = {head.base!r}, whose "
+            "specific force contains gravity; accepted: gravity where the base rests, three numbers"
         )
     return replace(head, gravity=GRAVITY_INPUT)
 
 
-def _joints(data: Mapping[str, Any], reader: TableReader) -> tuple[Joint, ...]:
+def _joints(data: Mapping[str, Any], reader: TableReader, floating: bool) -> tuple[Joint, ...]:
+    if "joint" not in data and not floating:
+        raise RobotError("joint: is missing; it must be given")
     tables = _repeated(data, "joint")
-    if not 1 <= len(tables) <= MAX_JOINTS:
-        raise RobotError(f"joint: {len(tables)} entries; accepted: 1 to {MAX_JOINTS}")
+    least = 0 if floating else 1
+    if not least <= len(tables) <= MAX_JOINTS:
+        raise RobotError(f"joint: {len(tables)} entries; accepted: {least} to {MAX_JOINTS}")
     drive = data.get("drive")
     linked = isinstance(drive, dict) and drive.get("side") == "link"
     joints = [_joint(k, table, not linked, reader) for k, table in enumerate(tables, 1)]
     pairs = list(zip(joints, tables, strict=True))
     movable = {f"q{j.number}": j for j, table in pairs if j.movable and "follows" not in table}
-    if not movable:
+    if not movable and not floating:
         raise RobotError("no joint is movable; accepted: at least one sigma of 0 or 1")
     for joint, table in pairs:
         if "follows" in table:

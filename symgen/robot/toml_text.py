@@ -39,6 +39,9 @@ def robot_toml(robot: Robot) -> str:
         ranges = {name: ends for name, *ends in s.ranges}
         tables.append(("[[effect]]", _effect(s.effect, ranges)))
     tables += [("[[frame]]", _entries(frame)) for frame in robot.frames]
+    tables += [("[[contact]]", _entries(contact)) for contact in robot.contacts]
+    if robot.mount is not None:
+        tables.append(("[base]", _entries(robot.mount)))
     for key in ("sensor", "limits", "drive", "controller", "log"):
         table = getattr(robot, key)
         if table is not None:

@@ -27,12 +27,14 @@ from symgen.robot.tables import (
     BESIDE,
     Angle,
     Check,
+    Contact,
     Coupling,
     Drive,
     Frame,
     Limits,
     LogForm,
     Loop,
+    Mount,
     Sensor,
     Servo,
     Title,
@@ -138,6 +140,10 @@ class Joint(Typed):
         return self.follows.subs({joint_variable(k): 0 for k, _ in self.shares})
 
 
+#: Link 0 of a free base.
+_BASE_LINK = Joint(0, names.FIXED, 0, friction=(), rotor_inertia=False)
+
+
 def require_gravity(robot: Robot, what: str) -> None:
     """Raise RobotError if gravity is an input, or if the base has an IMU.
 
@@ -152,8 +158,8 @@ def require_gravity(robot: Robot, what: str) -> None:
         )
     if robot.imu:
         raise RobotError(
-            f"robot {robot.name!r}: base = 'imu' has no place in {what}; accepted: a robot file "
-            "without it, for a base at rest"
+            f"robot {robot.name!r}: base = {robot.base!r} has no place in {what}; accepted: a "
+            "robot file without it, for a base at rest"
         )
 
 
@@ -163,12 +169,15 @@ class Robot:
 
     Attributes:
         gravity: (3,) or GRAVITY_INPUT if gravity is an argument of every call.
-        base: "fixed", or "imu" if an IMU measures the motion of the base, an argument of calls.
+        base: "fixed"; "imu" if an IMU measures the motion of the base, an argument of calls;
+            "floating" if the base moves freely, with link 0 and six equations.
         geometry: pairs (name, exact value); the names are symbols in the expressions of joints.
         payload: number of the joint whose link carries a load, or None.
         sought: effects that a diagnosis searches. A robot with such effects has no model.
         frames: frames of links in a file of another format.
         sensor: force/torque sensor at one of these frames, or None.
+        mount: place of the IMU of a base that moves, or None for the origin of frame 0.
+        contacts: frames at which a floating base may touch its surroundings.
         controller: gains of the controller that moved the robot in its logs.
         log: form of its logs, or None.
         exact: whether its base parameters are always those of the exact geometry, even if the
@@ -189,6 +198,8 @@ class Robot:
     drive: Drive | None = None
     frames: tuple[Frame, ...] = ()
     sensor: Sensor | None = None
+    mount: Mount | None = None
+    contacts: tuple[Contact, ...] = ()
     controller: Servo | None = None
     log: LogForm | None = None
     exact: bool = False
@@ -238,7 +249,7 @@ class Robot:
     @property
     def load_link(self) -> int:
         """Number of the link that carries a load: that of [payload], or the last moving link."""
-        return self.payload or self.movable[-1].number
+        return self.payload or (self.movable[-1].number if self.movable else 0)
 
     def frame(self, name: str) -> Frame:
         """Return the frame with this name.
@@ -296,11 +307,41 @@ class Robot:
     @property
     def imu(self) -> bool:
         """Whether the base moves, and an IMU on it measures its motion."""
-        return self.base == "imu"
+        return self.base != names.BASES[0]
+
+    @property
+    def floating(self) -> bool:
+        """Whether the base moves freely: it has parameters and equations."""
+        return self.base == "floating"
+
+    @property
+    def bodies(self) -> tuple[Joint, ...]:
+        """The joints with their links, in file order; a free base is link 0, a fixed joint."""
+        return (_BASE_LINK, *self.joints) if self.floating else self.joints
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """Numbers of the equations of a free base, behind those of the joints; () without one.
+
+        They are those of the forces along x, y, z, then of the moments about the origin.
+        """
+        last = len(self.joints)
+        return tuple(range(last + 1, last + 7)) if self.floating else ()
+
+    @property
+    def equations(self) -> tuple[int, ...]:
+        """Numbers of the equations in their order: of a free base, then of the movable joints."""
+        return (*self.free, *self.numbers)
 
     def at_rest(self) -> Robot:
-        """Return the robot on a base that does not move."""
-        return replace(self, base=names.BASES[0])
+        """Return the robot on a base that does not move.
+
+        Raises:
+            RobotError: no joint is movable.
+        """
+        if not self.movable:
+            raise RobotError(f"robot {self.name!r}: no joint is movable; accepted: at least one")
+        return replace(self, base=names.BASES[0], mount=None, contacts=())
 
     def mechanism(self) -> Robot:
         """Return the robot without content that derivations ignore, such as limits and names."""
@@ -311,6 +352,8 @@ class Robot:
             limits=None,
             drive=None,
             frames=() if self.sensor is None else (self.frame(self.sensor.frame),),
+            mount=None,
+            contacts=(),
             controller=None,
             log=None,
         )
@@ -341,6 +384,8 @@ class Robot:
         Raises:
             RobotError: there is no such joint.
         """
+        if number == 0 and self.floating:
+            return _BASE_LINK
         if not 1 <= number <= len(self.joints):
             raise RobotError(
                 f"robot {self.name!r}: there is no joint {number}; "

@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike
 from symgen.codegen.kernel import LINK, Argument, Kernel
 from symgen.data.raw import FloatArray as FloatArray
 from symgen.errors import ParameterError, shortened
-from symgen.names import BASE
+from symgen.names import FREE_BASE
 
 NOT_POSITIVE_DEFINITE = 1  # as in NAME.h; the status of a batch has the bits of all its samples
 NOT_FINITE = 2
-_MOVING = "the motion of the base is an input of this robot; accepted: f, w and wd behind the other"
+_MOVING = "the motion of the base is an input of this robot; accepted: {} behind the other arrays"
 #: Message for a call without the inputs of the base.
-_BASE = dict.fromkeys(BASE, f"{_MOVING} arrays") | {
+_BASE = dict.fromkeys(FREE_BASE, _MOVING) | {
     "g": "gravity is an input of this robot; accepted: g behind the other arrays, or a robot file "
     "whose gravity is three numbers"
 }
@@ -52,7 +52,8 @@ def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArra
     expected = kernel.inputs
     base = tuple(a.name for a in expected if a.name in _BASE)
     if base and len(inputs) == len(expected) - len(base):
-        raise ParameterError(f"{kernel.name}: {_BASE[base[-1]]}")
+        listed = " and ".join(", ".join(base).rsplit(", ", 1))
+        raise ParameterError(f"{kernel.name}: {_BASE[base[-1]].format(listed)}")
     if len(inputs) != len(expected):
         raise ParameterError(
             f"{kernel.name} takes {len(expected)} arrays ({', '.join(a.name for a in expected)}), "
@@ -60,19 +61,20 @@ def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArra
         )
     arrays: list[FloatArray] = []
     lead: tuple[int, ...] = ()
+    first = next((a for a in expected if not a.shared), None)
     for a, given in zip(expected, inputs, strict=True):
         try:
             array = np.ascontiguousarray(given, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise _not_accepted(kernel, a, f"is {shortened(repr(given))}") from error
-        if a.link and (array.size != 1 or array.flat[0] not in range(1, a.size + 1)):
+        if a.link and (array.size != 1 or array.flat[0] not in range(a.first, a.last + 1)):
             raise _not_accepted(kernel, a, f"is {shortened(repr(given))}")
         if a.plain and array.size == 1:
             array = array.reshape(1)
         elif a.name == "X" and array.ndim == 1 and len(array) >= a.size:
             array = array[: a.size]
         else:
-            if not arrays and kernel.batch and array.ndim == 2:
+            if a is first and kernel.batch and array.ndim == 2:
                 lead = array.shape[:1]
             if array.shape != ((a.size,) if a.shared else (*lead, a.size)) or a.name == "X":
                 raise _not_accepted(kernel, a, f"has shape {array.shape}")
@@ -82,7 +84,7 @@ def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArra
 
 def _not_accepted(kernel: Kernel, a: Argument, problem: str) -> ParameterError:
     accepted = {
-        LINK: f"the number of a joint, 1 to {a.size}",
+        LINK: f"the number of a joint, {a.first} to {a.last}",
         "X": f"({a.size},) or longer",
         "g": f"({a.size},), for all samples",
     }

@@ -10,12 +10,13 @@ from exact linear algebra. Each formula is checked modulo both primes.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
 
+from symgen import names
 from symgen.errors import SymgenError
 from symgen.files import html_table
 from symgen.robot.expressions import six_digits, text
@@ -189,12 +190,12 @@ def bound(robot: Robot) -> int:
 
     It holds for the inertial parameters of a serial arm with one joint on the base. For each
     further joint on the base, the four parameters that joint 1 lacks are subtracted once more. On a
-    base with an IMU, no joint lacks any.
+    base with an IMU, no joint lacks any; a free base adds its ten.
     """
     revolute = sum(j.turns for j in robot.joints)
     prismatic = sum(j.slides for j in robot.joints)
     if robot.imu:
-        return 8 * revolute + 5 * prismatic
+        return 8 * revolute + 5 * prismatic + (len(names.LINK) if robot.floating else 0)
     first = robot.movable[0]
     return 8 * revolute + 5 * prismatic - 4 - (1 if first.turns else 0)
 
@@ -273,9 +274,36 @@ def _regrouped(
     return BaseParameters(kept, tuple(standard), no_effect, proof)
 
 
+def modulo_primes(robot: Robot, columns: Callable[[PrimeField], Residues]) -> list[Sample]:
+    """Evaluate columns at random points modulo two primes, each with its own seed."""
+    joints = robot.joints
+    turned = [j.theta + j.offset for j in joints if j.turns]
+    angles = [a for j in joints for a in (j.gamma, j.alpha, j.theta)] + turned
+    order = order_needed(angles)
+    lengths = [e for j in joints for e in (j.b, j.d, j.r)]
+    geometry = [e for e in lengths if not e.is_Rational]
+    out: list[Sample] = []
+    # A square root in the geometry exists only modulo every other prime, or at every other
+    # point.
+    for prime in itertools.islice(primes(order), _PRIMES):
+        for attempt in range(_ATTEMPTS):
+            seed = _SEEDS[len(out)] + len(_SEEDS) * attempt
+            try:
+                field = PrimeField(prime, seed, angles, order)
+                for length in geometry:  # relations need all lengths, the tape may not
+                    field.constant(length)
+                out.append(Sample(field, columns(field) % field.p))
+                break
+            except BadDrawError:
+                continue
+        if len(out) == len(_SEEDS):
+            return out
+    raise SymgenError("no prime was found that has all square roots of this geometry")
+
+
 @dataclass(frozen=True, eq=False)
-class _Sample:
-    """Differences of the columns at random points, modulo one prime."""
+class Sample:
+    """Columns at random points, modulo one prime."""
 
     field: PrimeField
     matrix: Residues
@@ -311,34 +339,14 @@ class _Columns:
         self.names = [p.name for p in state]
         self.path_only = sum(not p.load for p in standard) - len(state)
 
-    def fields(self) -> list[_Sample]:
-        """Evaluate all columns modulo two primes, each with its own seed."""
-        joints = self.columns.robot.joints
-        turned = [j.theta + j.offset for j in joints if j.turns]
-        angles = [a for j in joints for a in (j.gamma, j.alpha, j.theta)] + turned
-        order = order_needed(angles)
-        lengths = [e for j in joints for e in (j.b, j.d, j.r)]
-        geometry = [e for e in lengths if not e.is_Rational]
-        out: list[_Sample] = []
-        # A square root in the geometry exists only modulo every other prime, or at every other
-        # point.
-        for prime in itertools.islice(primes(order), _PRIMES):
-            for attempt in range(_ATTEMPTS):
-                seed = _SEEDS[len(out)] + len(_SEEDS) * attempt
-                try:
-                    field = PrimeField(prime, seed, angles, order)
-                    for length in geometry:  # relations need all lengths, the tape may not
-                        field.constant(length)
-                    matrix = self.columns.differences(field, len(self.names) + _MARGIN)
-                    out.append(_Sample(field, matrix % field.p))
-                    break
-                except BadDrawError:
-                    continue
-            if len(out) == len(_SEEDS):
-                return out
-        raise SymgenError("no prime was found that has all square roots of this geometry")
+    def fields(self) -> list[Sample]:
+        """Evaluate all columns modulo two primes."""
+        count = len(self.names) + _MARGIN
+        return modulo_primes(
+            self.columns.robot, lambda field: self.columns.differences(field, count)
+        )
 
-    def select(self, samples: Sequence[_Sample]) -> _Selection:
+    def select(self, samples: Sequence[Sample]) -> _Selection:
         """Keep the first independent columns: links from the base to the tips, then offsets.
 
         If an offset OF_j depends on the energies (weight along a prismatic axis), it joins the

@@ -236,13 +236,13 @@ def composites(way: Way, bodies: Mapping[int, Inertia], tape: TapeBuilder) -> Ma
 
     Args:
         way: the steps to every joint, from `way_of`.
-        bodies: the links alone.
+        bodies: the links alone, and link 0 of a free base.
         tape: receives the named steps.
     """
     total = dict(bodies)
     for step in reversed(way):
         j, a = step.joint.number, step.joint.antecedent
-        if a == 0:
+        if a not in total:
             continue
         moved = total[j]
         for motion in reversed(step.way):

@@ -34,9 +34,10 @@ def to_variables(robot: Robot, by_joint: ByJoint, name: str, tape: TapeBuilder) 
     """Return G^T by_joint: torques on the variables from torques on the joints of the tree."""
     if len(robot.moving) == robot.n:
         return dict(by_joint)
+    base = {k: by_joint[k] for k in robot.free if k in by_joint}
     acting = (joint for joint in robot.moving if joint.number in by_joint)
     out = combined((by_joint[joint.number], dict(_shares(joint, tape))) for joint in acting)
-    return {k: tape.name(f"{name}_{k}", value) for k, value in out.items()}
+    return base | {k: tape.name(f"{name}_{k}", value) for k, value in out.items()}
 
 
 def combined(columns: Iterable[tuple[sp.Expr, ByJoint]]) -> ByJoint:
@@ -58,7 +59,7 @@ def congruent(robot: Robot, rows: Rows, name: str, tape: TapeBuilder) -> Rows:
     if len(robot.moving) == robot.n:
         return rows
     half = {j: to_variables(robot, row, f"{name}r{j}", tape) for j, row in rows.items()}
-    out: Rows = {joint.number: {} for joint in robot.movable}
+    out: Rows = {k: {} for k in robot.equations}
     for k in out:
         column = {j: row[k] for j, row in half.items() if k in row}
         for j, value in to_variables(robot, column, f"{name}c{k}", tape).items():

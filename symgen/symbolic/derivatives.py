@@ -23,7 +23,8 @@ I. Friction and effects are closed expressions, which SymPy differentiates.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
@@ -40,19 +41,19 @@ from symgen.symbolic.dynamics import (
 )
 from symgen.symbolic.forward import accelerating_torque, factor_solution, factored
 from symgen.symbolic.friction import friction_torque_slopes
-from symgen.symbolic.kinematics import variables
+from symgen.symbolic.kinematics import axes, variables
 from symgen.symbolic.motion import LinkState, accelerations, velocities
 from symgen.symbolic.spatial import (
     ZERO,
     Screw,
     Z,
     acting,
-    axis,
     cross,
     matvec,
     named,
     plus,
     scaled,
+    screw_rate,
 )
 from symgen.symbolic.tape import TapeBuilder, real_symbol
 
@@ -77,10 +78,22 @@ class _TorqueSlopes:
     gain: ByJoint
 
 
-def inverse_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows]:
-    """Return dtau/dq and dtau/dqd, by rows and columns of movable joints."""
+def inverse_dynamics_derivatives(p: Plant) -> tuple[list[sp.Expr], ...]:
+    """Return dtau/dq, dtau/dqd, and dtau/dw of a free base, row-major.
+
+    Rows are the equations; columns are the movable joints, and the components of w.
+    """
     found = _slopes(p, variables(p.robot, "qdd"))
-    return found.by_q, found.by_qd
+    return tuple(_listed(p, *part) for part in _parts(p, found.by_q, found.by_qd))
+
+
+def _parts(p: Plant, by_q: Rows, by_qd: Rows) -> list[tuple[Rows, tuple[int, ...]]]:
+    """Return the derivatives by q, qd and w, with the numbers of their columns."""
+    return [(by_q, p.numbers), (by_qd, p.numbers), (by_qd, p.robot.free[3:])]
+
+
+def _listed(p: Plant, rows: Rows, columns: Sequence[int]) -> list[sp.Expr]:
+    return [rows[j].get(k, sp.S.Zero) for j in p.equations for k in columns]
 
 
 def _slopes(p: Plant, qdd: ByJoint) -> _TorqueSlopes:
@@ -93,8 +106,11 @@ def _slopes(p: Plant, qdd: ByJoint) -> _TorqueSlopes:
     )
 
 
-def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Expr]]:
+def forward_dynamics_derivatives(p: Plant) -> tuple[list[sp.Expr], ...]:
     """Return dqdd/dq, dqdd/dqd, dqdd/dtau, and the pivots that must be positive.
+
+    For a free base, the rows are those of f, wd and qdd, and the columns of dtau those of the
+    wrench and of tau. The derivatives by its w come before the pivots.
 
     `forward_dynamics` defines the pivots.
 
@@ -103,11 +119,11 @@ def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Ex
     separately, because products with the inverse lose as many digits as the condition number of M
     has.
     """
-    tape, order = p.tape, p.numbers
+    tape, order = p.tape, p.equations
     right, positive = accelerating_torque(p)
     factor = factored(p, mass_matrix(p))
     qdd = factor_solution(p, factor, right, "o")
-    slopes = _slopes(p, qdd)
+    slopes = _slopes(_accelerated(p, qdd), qdd)
     share = {}
     for j, gain in slopes.gain.items():
         share[j] = tape.name(f"h{j}", 1 / gain)
@@ -123,12 +139,21 @@ def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Ex
             right = {j: share[j] * rows[j].get(k, sp.S.Zero) for j in order}
             for j, value in factor_solution(p, factor, right, f"{letter}{k}_").items():
                 found[j][k] = -value
-    return by_q, by_qd, inverse, [*positive, *factor.pivots]
+    q, qd, w = (_listed(p, *part) for part in _parts(p, by_q, by_qd))
+    return q, qd, _listed(p, inverse, order), w, [*positive, *factor.pivots]
+
+
+def _accelerated(p: Plant, solution: ByJoint) -> Plant:
+    """Return the plant with the accelerations of a free base from a solution."""
+    if not p.robot.floating:
+        return p
+    values = tuple(solution[k] for k in p.robot.free)
+    return replace(p, mounting=LinkState(values[3:], values[:3], w=p.mounting.w))
 
 
 def _load_gains(p: Plant, load: ByJoint | None) -> ByJoint:
     """Return, by joint, 1 + the slope of effects over the rigid-body torque on the joint."""
-    gains: ByJoint = dict.fromkeys(p.numbers, sp.S.One)
+    gains: ByJoint = dict.fromkeys(p.equations, sp.S.One)
     for j in load or ():
         columns = weighted_effects(p, load, real_symbol(f"taur{j}"))
         gains[j] = p.tape.name(f"g{j}", 1 + combined(columns).get(j, sp.S.Zero))
@@ -138,7 +163,7 @@ def _load_gains(p: Plant, load: ByJoint | None) -> ByJoint:
 def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, by: str) -> Rows:
     """Add the derivatives of friction and effects, and combine joints that follow others."""
     tape, rows = p.tape, congruent(p.robot, rigid, f"d{by}", p.tape)
-    out: Rows = {j: {k: gain[j] * v for k, v in rows[j].items()} for j in p.numbers}
+    out: Rows = {j: {k: gain[j] * v for k, v in rows[j].items()} for j in p.equations}
     for k, symbol in variables(p.robot, by).items():
         columns = weighted_effects(p, None, symbol)
         if load is not None:
@@ -154,8 +179,12 @@ def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, b
 
 
 def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
-    """Return dtau/dq and dtau/dqd of the links, over all moving joints."""
-    tape = p.tape
+    """Return dtau/dq and dtau/dqd of the links, over all moving joints.
+
+    A free base adds its rows, and three columns dtau/dw to the second. As f and wd stay, no
+    acceleration of a link changes with w, and S' replaces 2 S' there.
+    """
+    tape, free, links = p.tape, p.robot.free, axes(p.robot)
     # The torques do not depend on the velocity of the base; it is zero here.
     base = LinkState(p.mounting.w, ZERO)
     moving, rates = velocities(p.way, base, tape), spread(p.robot, qdd, tape)
@@ -165,32 +194,37 @@ def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     changing = {j: b.rate(moving[j], momentum[j][0], j, tape) for j, b in p.bodies.items()}
     bodies, growing = composites(p.way, p.bodies, tape), composites(p.way, changing, tape)
     momenta = summed_to_base(p, momentum, "k")
-    screws = {
-        joint.number: _screws(axis(joint.sigma), moving[joint.number], motion[joint.number],
-                              joint.number, tape)
-        for joint in p.robot.moving
-    }  # fmt: skip
+    screws = {}
+    for j, (a, screw) in links.items():
+        screws[j] = (
+            Screws(screw, screw_rate(screw, moving[a].twist), (ZERO, ZERO))
+            if j in free
+            else _screws(screw, moving[a], motion[a], j, tape)
+        )
     by_q: Rows = {j: {} for j in screws}
     by_qd: Rows = {j: {} for j in screws}
     for i, at in screws.items():
-        reactions = reaction_wrenches(at, bodies[i], growing[i], momenta[i], force[i], i, tape)
+        a = links[i][0]
+        reactions = reaction_wrenches(at, bodies[a], growing[a], momenta[a], force[a], i, tape)
         place, speed, inertia, couple = (
-            summed_to_base(p, {i: wrench}, f"{letter}{i}")
+            summed_to_base(p, {a: wrench}, f"{letter}{i}")
             for wrench, letter in zip(reactions, "pqmu", strict=True)
         )
-        for j in place:
-            if j not in screws:
-                continue
-            before = screws[j]
-            by_q[j][i] = tape.name(f"P{j}_{i}", acting(place[j], before.screw))
-            by_qd[j][i] = tape.name(f"Q{j}_{i}", acting(speed[j], before.screw))
-            if j == i:
-                continue
-            half = _HALF * acting(couple[j], before.twice)
-            value = half + acting(inertia[j], before.second)
-            by_q[i][j] = tape.name(f"P{i}_{j}", value)
-            value = acting(couple[j], before.screw) + acting(inertia[j], before.twice)
-            by_qd[i][j] = tape.name(f"Q{i}_{j}", value)
+        numbers = (j for link in place for j in ((link,) if link else free))
+        for j in (j for j in numbers if j in screws):
+            b, before = links[j][0], screws[j]
+            if i not in free:
+                by_q[j][i] = tape.name(f"P{j}_{i}", acting(place[b], before.screw))
+                by_qd[j][i] = tape.name(f"Q{j}_{i}", acting(speed[b], before.screw))
+                if j == i:
+                    continue
+            if j not in free:
+                half = _HALF * acting(couple[b], before.twice)
+                value = half + acting(inertia[b], before.second)
+                by_q[i][j] = tape.name(f"P{i}_{j}", value)
+            if j not in free[:3]:
+                value = acting(couple[b], before.screw) + acting(inertia[b], before.twice)
+                by_qd[i][j] = tape.name(f"Q{i}_{j}", value)
     return by_q, by_qd
 
 

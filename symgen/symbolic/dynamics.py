@@ -33,6 +33,7 @@ from symgen.symbolic.energy import separate_columns
 from symgen.symbolic.kinematics import (
     Way,
     arrays,
+    axes,
     builder,
     path,
     variables,
@@ -47,7 +48,7 @@ from symgen.symbolic.motion import (
     references,
     wrench_on_antecedent,
 )
-from symgen.symbolic.spatial import ZERO, Screw, Vector, acting, axis, named, plus
+from symgen.symbolic.spatial import ZERO, Screw, Vector, acting, named, plus
 from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
 Wrenches = dict[int, Screw]
@@ -69,6 +70,11 @@ class Plant:
         """Numbers of the movable joints."""
         return self.robot.numbers
 
+    @property
+    def equations(self) -> tuple[int, ...]:
+        """Numbers of the equations: of a free base, then of the movable joints."""
+        return self.robot.equations
+
     def value(self, name: str) -> sp.Expr:
         """Return the symbol of the base parameter with this leading parameter; 0 without one."""
         return self._led.get(name, sp.S.Zero)
@@ -80,12 +86,12 @@ class Plant:
 
     @cached_property
     def bodies(self) -> Mapping[int, Inertia]:
-        """The bodies of all links in base parameters, by joint number."""
+        """The bodies of all links in base parameters, by joint number; a free base is link 0."""
         return {
             j.number: Inertia.of(
                 {prefix: self.value(f"{prefix}{j.number}") for prefix in names.LINK}
             )
-            for j in self.robot.joints
+            for j in self.robot.bodies
         }
 
     def momenta(self, moving: Mapping[int, LinkState]) -> Wrenches:
@@ -102,8 +108,17 @@ class Plant:
         return lambda vector, letter: named(vector, f"{letter}{tag}_", self.tape)
 
     def still(self) -> Plant:
-        """Return the plant with all speeds zero."""
-        return replace(self, way=tuple(s.still() for s in self.way))
+        """Return the plant with all speeds zero, and those of a free base."""
+        mounting = self.mounting
+        if self.robot.floating:
+            mounting = LinkState(ZERO, mounting.a)
+        return replace(self, way=tuple(s.still() for s in self.way), mounting=mounting)
+
+    def unforced(self) -> Plant:
+        """Return the plant; a free base has only its angular velocity."""
+        if not self.robot.floating:
+            return self
+        return replace(self, mounting=LinkState(ZERO, ZERO, w=self.mounting.w))
 
     def close(
         self, inputs: Sequence[str], outputs: Sequence[sp.Expr], count: int | None = None
@@ -120,7 +135,7 @@ def plant(robot: Robot, base: BaseParameters) -> Plant:
 
 
 def inverse_dynamics(p: Plant) -> ByJoint:
-    """Return the torque of every movable joint.
+    """Return the force and moment on a free base, and the torque of every movable joint.
 
     Load effects depend on the rigid-body torque at this motion, rotors included.
     """
@@ -128,8 +143,16 @@ def inverse_dynamics(p: Plant) -> ByJoint:
 
 
 def bias_torque(p: Plant) -> ByJoint:
-    """Return the torque of every movable joint without accelerations, C qd + g + friction."""
-    return in_all(p, rigid_torques(p, {}))
+    """Return the torque of every movable joint without accelerations, C qd + g + friction.
+
+    For a free base, gravity belongs to f. Its equations come first.
+    """
+    return in_all(p, bias(p))
+
+
+def bias(p: Plant) -> ByJoint:
+    """Return the torque of links and rotors without accelerations, and without f of a free base."""
+    return rigid_torques(p.unforced(), {})
 
 
 def in_all(p: Plant, rigid: ByJoint) -> ByJoint:
@@ -212,11 +235,14 @@ def _body_torques(p: Plant, qdd: ByJoint) -> ByJoint:
 
 
 def summed_to_base(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
-    """Sum the wrenches on links towards the base; return the wrench on each joint, in its frame."""
+    """Sum the wrenches on links towards the base; return the wrench on each joint, in its frame.
+
+    The wrench on a free base has the number 0.
+    """
     total = dict(wrench)
     for step in reversed(p.way):
         j, a = step.joint.number, step.joint.antecedent
-        if a != 0 and j in total:
+        if (a != 0 or p.robot.floating) and j in total:
             back = wrench_on_antecedent(total[j], step, f"b{tag}", p.tape)
             old = total.get(a, (ZERO, ZERO))
             total[a] = (
@@ -227,17 +253,20 @@ def summed_to_base(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
 
 
 def to_joints(p: Plant, wrench: Wrenches, tag: str) -> ByJoint:
-    """Return the torque or force on each moving joint, from the wrenches on links."""
+    """Return the torque or force on each moving joint, from the wrenches on links.
+
+    The force and moment on a free base come first.
+    """
     total = summed_to_base(p, wrench, tag)
     return {
-        joint.number: acting(total.get(joint.number, (ZERO, ZERO)), axis(joint.sigma))
-        for joint in p.robot.moving
+        number: acting(total.get(link, (ZERO, ZERO)), screw)
+        for number, (link, screw) in axes(p.robot).items()
     }
 
 
 def rotors(p: Plant) -> Rows:
     """Return the contribution of rotors to the mass matrix."""
-    rows: Rows = {j.number: {} for j in p.robot.moving}
+    rows: Rows = {j: {} for j in axes(p.robot)}
     for j in p.numbers:
         rows[j][j] = p.value(f"{names.ROTOR}{j}")
     for c in p.robot.couplings:
@@ -250,13 +279,17 @@ def rotors(p: Plant) -> Rows:
 
 
 def mass_matrix(p: Plant) -> Rows:
-    """Return M by rows and columns of joint numbers; entries of separate branches are absent."""
+    """Return M by rows and columns of joint numbers; entries of separate branches are absent.
+
+    A free base has six rows and columns by the numbers of its equations.
+    """
     bodies, rows = composites(p.way, p.bodies, p.tape), rotors(p)
-    for joint in p.robot.moving:
-        j = joint.number
-        momentum = bodies[j].momentum(axis(joint.sigma))  # momentum at unit speed
-        for k, value in to_joints(p, {j: momentum}, f"m{j}").items():
-            if value != 0:
+    earlier: set[int] = set()
+    for j, (link, screw) in axes(p.robot).items():
+        earlier.add(j)
+        momentum = bodies[link].momentum(screw)  # momentum at unit speed
+        for k, value in to_joints(p, {link: momentum}, f"m{j}").items():
+            if value != 0 and k in earlier:
                 for a, b in {(j, k), (k, j)}:
                     add_to(rows[a], b, value)
     rows = {
@@ -285,11 +318,14 @@ def coriolis(p: Plant) -> Rows:
 
 
 def energies(p: Plant) -> list[sp.Expr]:
-    """Return kinetic and potential energy of a robot in its base parameters, J."""
+    """Return kinetic and potential energy of a robot in its base parameters, J.
+
+    A robot with a free base has its kinetic energy only.
+    """
     bases = [b for b in p.base.parameters if b.inertial]
     standard = [p.base.standard[b.index] for b in bases]
     columns = separate_columns(p.robot, standard, p.way, p.tape)
     return [
         p.tape.name(f"{letter}sum", sp.Add(*(x * c for x, c in zip(p.X, column, strict=False))))
-        for letter, column in zip("TU", columns, strict=True)
+        for letter, column in zip("TU", columns, strict=False)
     ]

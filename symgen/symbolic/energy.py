@@ -77,8 +77,14 @@ def separate_columns(
     way: Way,
     tape: TapeBuilder,
 ) -> Iterator[tuple[sp.Expr, ...]]:
-    """Return the columns of kinetic energy of some parameters, and those of potential energy."""
+    """Return the columns of kinetic energy of some parameters, and those of potential energy.
+
+    A robot with a free base has kinetic energy only.
+    """
     base = base_velocity(robot, tape)
+    if robot.floating:
+        moving = velocities(way, base, tape)
+        return zip(*_columns(robot, parameters, [("D", moving)], tape), strict=True)
     moving = velocities(way, AT_REST, tape)
     resting = velocities(tuple(step.still() for step in way), base, tape)
     return zip(*_columns(robot, parameters, [("D", moving), ("U", resting)], tape), strict=True)
@@ -114,7 +120,8 @@ class StateColumns:
     """The columns of parameters that are functions of the state x = (q, qd).
 
     They are the energies h(x) - h(x0), and q_j for an offset OF_j. If gravity g, or the motion of
-    the base, is an input, the energies are h(x, g) - h(x0, g).
+    the base, is an input, the energies are h(x, g) - h(x0, g). The motion of a free base belongs to
+    its state x.
 
     Attributes:
         robot: the mechanism.
@@ -134,15 +141,15 @@ class StateColumns:
 
     def differences(self, arithmetic: Drawing, count: int) -> NDArray[Any]:
         """Return the columns at random states, minus those at the first one, (count - 1, p)."""
-        state = self._state(arithmetic, count)
+        state = drawn_state(self.robot, arithmetic, count)
         for name, symbols in base_inputs(self.robot):
             state[name] = [arithmetic.numbers(count) for _ in symbols]
         position = {
             j: getattr(q, "number", q) for j, q in zip(self.robot.numbers, state["q"], strict=True)
         }
         columns = self.energy.run(arithmetic, state)
-        if base_inputs(self.robot):
-            rest = self._state(arithmetic, 1)
+        if base_inputs(self.robot) and not self.robot.floating:
+            rest = drawn_state(self.robot, arithmetic, 1)
             there = self.energy.run(arithmetic, {**state, **rest})
             columns = [arithmetic.sub(a, b) for a, b in zip(columns, there, strict=True)]
         energies = iter(columns)
@@ -150,15 +157,16 @@ class StateColumns:
         h = stacked(every, count)
         return np.asarray(h[1:] - h[:1])
 
-    def _state(self, arithmetic: Drawing, count: int) -> dict[str, list[Any]]:
-        """Draw joint variables and speeds at some points."""
-        ratios = [c for j in self.robot.joints for _, c in j.shares if j.turns]
-        parts = math.lcm(*(int(c.q) for c in ratios))
-        q = [
-            arithmetic.joint_angle(count, parts) if j.turns else arithmetic.numbers(count)
-            for j in self.robot.movable
-        ]
-        return {"q": q, "qd": [arithmetic.numbers(count) for _ in self.robot.movable]}
+
+def drawn_state(robot: Robot, arithmetic: Drawing, count: int) -> dict[str, list[Any]]:
+    """Draw joint variables and speeds at some points."""
+    ratios = [c for j in robot.joints for _, c in j.shares if j.turns]
+    parts = math.lcm(*(int(c.q) for c in ratios))
+    q = [
+        arithmetic.joint_angle(count, parts) if j.turns else arithmetic.numbers(count)
+        for j in robot.movable
+    ]
+    return {"q": q, "qd": [arithmetic.numbers(count) for _ in robot.movable]}
 
 
 def stacked(columns: Sequence[Any], count: int) -> NDArray[Any]:

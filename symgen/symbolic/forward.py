@@ -11,13 +11,13 @@ from symgen.symbolic.articulated import linear_solution
 from symgen.symbolic.constraints import ByJoint, Rows, combined
 from symgen.symbolic.dynamics import (
     Plant,
+    bias,
     bias_torque,
     friction_torques,
     mass_matrix,
-    rigid_torques,
     weighted_effects,
 )
-from symgen.symbolic.kinematics import path, variables
+from symgen.symbolic.kinematics import base_inputs, path, variables
 
 #: Number of joints in one chain from which articulated bodies need fewer steps than the factored
 #: mass matrix. The factor keeps the zeros of branches.
@@ -27,15 +27,18 @@ MANY = 14
 def accelerating_torque(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return M qdd of every movable joint, and the terms that must be positive for a unique value.
 
+    The equations of a free base come first, with the wrench on it.
+
     The load effects are z (a taur + b |taur|), where a and b depend on the motion. With R = tau -
     friction = (1 + z a) taur + z b |taur|, the solution is taur = R / (1 + z a + z b sign(R)). It
     is unique if the denominator is positive for both signs.
     """
-    tape, order, commanded = p.tape, p.numbers, variables(p.robot, "tau")
+    tape, order, wrench = p.tape, p.numbers, dict(base_inputs(p.robot)).get("wrench", ())
+    commanded = dict(zip(p.robot.free, wrench, strict=True)) | variables(p.robot, "tau")
     if not p.robot.loaded:
-        bias = bias_torque(p)
-        return {j: tape.name(f"b{j}", tau - bias[j]) for j, tau in commanded.items()}, []
-    rigid, rubbing = rigid_torques(p, {}), friction_torques(p)
+        known = bias_torque(p)
+        return {j: tape.name(f"b{j}", tau - known[j]) for j, tau in commanded.items()}, []
+    rigid, rubbing = bias(p), friction_torques(p)
     slopes = []  # of the effects by taur, for taur > 0 and for taur < 0
     for sign in (sp.S.One, sp.S.NegativeOne):
         columns = weighted_effects(p, dict.fromkeys(order, sign))
@@ -58,19 +61,24 @@ def accelerating_torque(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     return right, positive
 
 
-def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
-    """Return (qdd, pivots): M is positive definite if and only if all pivots of L D L^T are.
+def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr], list[sp.Expr]]:
+    """Return (qdd, (f, wd) of a free base, pivots).
+
+    M is positive definite if and only if all pivots of L D L^T are.
 
     `pivots` also contains the terms that must be positive for load effects (see
     `accelerating_torque`). Long chains use the articulated-body algorithm (`articulated`).
     """
     right, positive = accelerating_torque(p)
-    longest = max(len(path(p.robot, number)) for number in p.numbers)
-    if longest >= MANY and len(p.robot.moving) == p.robot.n and not p.robot.couplings:
+    longest = max((len(path(p.robot, number)) for number in p.numbers), default=0)
+    plain = len(p.robot.moving) == p.robot.n and not p.robot.couplings and not p.robot.floating
+    if longest >= MANY and plain:
         qdd, pivots = linear_solution(p, right)
-        return qdd, [*positive, *pivots]
+        return qdd, [], [*positive, *pivots]
     factor = factored(p, mass_matrix(p))
-    return factor_solution(p, factor, right, "o"), [*positive, *factor.pivots]
+    qdd = factor_solution(p, factor, right, "o")
+    base = [qdd.pop(j) for j in p.robot.free]
+    return qdd, base, [*positive, *factor.pivots]
 
 
 def solve_mass_matrix(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
@@ -83,7 +91,7 @@ def solve_mass_matrix(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
 def mass_matrix_factor(p: Plant) -> tuple[Rows, list[sp.Expr], list[sp.Expr]]:
     """Return L (entries by rows, without zeros) and D of M = L D L^T, and D as the pivots."""
     factor = factored(p, mass_matrix(p))
-    rows: Rows = {j: {j: sp.S.One} for j in p.numbers}
+    rows: Rows = {j: {j: sp.S.One} for j in p.equations}
     for (k, i), value in factor.low.items():
         rows[i][k] = value
     return rows, list(reversed(factor.pivots)), list(factor.pivots)
@@ -108,7 +116,7 @@ class MassFactor:
 def factored(p: Plant, M: Rows) -> MassFactor:
     """Factor a mass matrix from the tips: L keeps the zeros of branches (Featherstone 2005)."""
     rows = {j: dict(row) for j, row in M.items()}
-    tape, order = p.tape, p.numbers
+    tape, order = p.tape, p.equations
     low: dict[tuple[int, int], sp.Expr] = {}
     pivots, inverse = [], {}
     for at, k in enumerate(reversed(order)):
@@ -130,7 +138,7 @@ def factored(p: Plant, M: Rows) -> MassFactor:
 
 def factor_solution(p: Plant, factor: MassFactor, right: ByJoint, letter: str) -> ByJoint:
     """Solve M x = right: L^T y = right from the tips, then D, then L from the base."""
-    tape, order, low = p.tape, p.numbers, factor.low
+    tape, order, low = p.tape, p.equations, factor.low
     y = dict(right)
     for k in reversed(order):
         for i in order:

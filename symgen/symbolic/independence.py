@@ -31,7 +31,7 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
     with np.errstate(all="ignore"):
         W = columns_at(torque_tape(robot), robot.values(), inputs, count)
     total = sum(not p.load for p in base.standard)
-    rows = W.reshape(count, robot.n, total).transpose(1, 0, 2).reshape(-1, total)
+    rows = W.reshape(count, len(robot.equations), total).transpose(1, 0, 2).reshape(-1, total)
     kept = [p.index for p in base.parameters[: base.linear]]
     largest = np.abs(rows).max(axis=0)
     declared = [(e, name) for e in robot.effects for name, _ in e.linear if not e.loads(name)]

@@ -15,7 +15,7 @@ import sympy as sp
 from symgen import names
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.constraints import followed
-from symgen.symbolic.spatial import Shift, Turn, Vector
+from symgen.symbolic.spatial import ZERO, Screw, Shift, Turn, Vector, axis, unit_vector
 from symgen.symbolic.tape import Symbols, TapeBuilder, real_symbol
 
 #: Names of arrays in generated code; steps must not have them.
@@ -65,8 +65,21 @@ _PREFIX = {"q": "", "qd": "", "qdd": "", "tau": "", "qdr": "X_", "qddr": "X_", "
 
 
 def variables(robot: Robot, name: str) -> dict[int, sp.Symbol]:
-    """Return the symbols of a variable, in file order: one by number of every movable joint."""
-    return {j: real_symbol(f"{_PREFIX[name]}{name}{j}") for j in robot.numbers}
+    """Return the symbols of a variable by number, in file order: one for every movable joint, and
+    for b one for every equation.
+    """
+    numbers = robot.equations if name == "b" else robot.numbers
+    return {j: real_symbol(f"{_PREFIX[name]}{name}{j}") for j in numbers}
+
+
+def axes(robot: Robot) -> dict[int, tuple[int, Screw]]:
+    """Return link and screw of every equation by number: the axis along or about which its force or
+    moment acts, in the frame of the link. A free base comes first, then all moving joints.
+    """
+    units = [unit_vector(k) for k in range(3)]
+    screws = [*((ZERO, unit) for unit in units), *((unit, ZERO) for unit in units)]
+    base = {number: (0, screw) for number, screw in zip(robot.free, screws, strict=False)}
+    return base | {j.number: (j.number, axis(j.sigma)) for j in robot.moving}
 
 
 def arrays(robot: Robot, *names: str) -> list[tuple[str, Symbols]]:
@@ -79,13 +92,21 @@ def builder(robot: Robot, symbols: Iterable[sp.Symbol] = ()) -> TapeBuilder:
     own = (s for _, group in arrays(robot, *_PREFIX) for s in group)
     taken = {s.name for s in (*own, *symbols)} | {name for name, _ in robot.geometry}
     base = base_inputs(robot)
-    return TapeBuilder(taken | ARGUMENTS | {name for name, _ in base}, base)
+    groups = [[x] for x in base] if robot.floating else [base]
+    return TapeBuilder(taken | ARGUMENTS | {name for name, _ in base}, groups)
 
 
 def base_inputs(robot: Robot) -> list[tuple[str, Symbols]]:
-    """Return the inputs that describe the base: gravity, or the motion that its IMU measures."""
+    """Return the inputs that describe the base: gravity, or the motion that its IMU measures.
+
+    For a free base, these are all inputs of `names.FREE_BASE`; a tape has those that it reads.
+    """
     if robot.imu:
-        return [(x, tuple(real_symbol(f"X_{x}{i}") for i in (1, 2, 3))) for x in names.BASE]
+        sizes = names.FREE_BASE if robot.floating else dict.fromkeys(names.BASE, 3)
+        return [
+            (x, tuple(real_symbol(f"X_{x}{i + 1}") for i in range(size)))
+            for x, size in sizes.items()
+        ]
     return [("g", robot.gravity)] if robot.gravity_input else []
 
 

@@ -19,7 +19,7 @@ import sympy as sp
 
 from symgen.robot.types import Robot
 from symgen.symbolic.constraints import ByJoint
-from symgen.symbolic.kinematics import Step, Way, base_inputs, gravity
+from symgen.symbolic.kinematics import Step, Way, axes, base_inputs, gravity
 from symgen.symbolic.spatial import (
     ZERO,
     Screw,
@@ -28,7 +28,6 @@ from symgen.symbolic.spatial import (
     Vector,
     Z,
     around,
-    axis,
     cross,
     onward,
     plus,
@@ -106,11 +105,14 @@ def base_velocity(robot: Robot, tape: TapeBuilder) -> LinkState:
     """Return the twist of the base and gravity, for the recursion of velocities.
 
     With an IMU, only the proof of minimality uses it, for any velocity of the base and any gravity.
-    Their symbols are those of wd and f.
+    Their symbols are those of wd and f. The velocity of a free base is that in a frame that falls
+    freely, without gravity.
     """
     if not robot.imu:
         return replace(AT_REST, g=gravity(robot, tape))
     inputs = dict(base_inputs(robot))
+    if robot.floating:
+        return LinkState(inputs["w"], inputs["v"])
     return LinkState(inputs["w"], inputs["wd"], g=inputs["f"])
 
 
@@ -260,20 +262,24 @@ def _shifted(now: LinkState, shift: Shift, letter: str, tape: TapeBuilder) -> Ve
     return replaced(now.a, named)
 
 
-def screws(way: Way, tape: TapeBuilder) -> Mapping[int, Mapping[int, Screw]]:
+def screws(robot: Robot, way: Way, tape: TapeBuilder) -> Mapping[int, Mapping[int, Screw]]:
     """Return, for each link i and each joint j that moves it, the screw (e, v) of j in frame i.
 
-    w_i = sum of e_ij qd_j and V_i = sum of v_ij qd_j.
+    w_i = sum of e_ij qd_j and V_i = sum of v_ij qd_j. A free base has six screws.
     """
-    moving = (step.joint for step in way if not step.joint.fixed)
-    return in_later_frames(way, {j.number: axis(j.sigma) for j in moving}, "EL", tape)
+    twists = {j: screw for j, (_, screw) in axes(robot).items()}
+    return in_later_frames(way, twists, "EL", tape)
 
 
 def in_later_frames(
     way: Way, twists: Mapping[int, Screw], letters: str, tape: TapeBuilder
 ) -> Mapping[int, Mapping[int, Screw]]:
-    """Express the twist of each joint j, in frame j, in each frame that j moves."""
-    states: dict[int, dict[int, Screw]] = {0: {}}
+    """Express the twist of each joint j, in frame j, in each frame that j moves.
+
+    Twists with other numbers are those of the base, in frame 0.
+    """
+    joints = {step.joint.number for step in way}
+    states = {0: {j: twist for j, twist in twists.items() if j not in joints}}
     for step in way:
         here = states[step.joint.antecedent]
         for motion in step.way:

@@ -33,6 +33,8 @@ class Parameter:
 def standard_parameters(robot: Robot) -> tuple[Parameter, ...]:
     """Return the inertial parameters link by link, then friction joint by joint.
 
+    Link 0 of a free base is the first.
+
     The rotor of a coupling follows the rotor of its second joint. The payload follows all links.
     The friction of couplings follows that of the joints. Effects come last: first those with
     columns, then those that depend on the rigid-body torque.
@@ -45,7 +47,7 @@ def standard_parameters(robot: Robot) -> tuple[Parameter, ...]:
         out.append(Parameter(name, prefix, joint.number, unit, inertial))
 
     driven = {c.second for c in robot.couplings}
-    for joint in robot.joints:
+    for joint in robot.bodies:
         for prefix in names.LINK:
             add(prefix, joint)
         if joint.rotor_inertia:

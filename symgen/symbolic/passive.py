@@ -10,8 +10,11 @@ frame j,
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import sympy as sp
 
+from symgen.symbolic.bodies import composites
 from symgen.symbolic.constraints import ByJoint, spread, to_variables
 from symgen.symbolic.dynamics import (
     Plant,
@@ -21,9 +24,16 @@ from symgen.symbolic.dynamics import (
     to_joints,
     with_rotors,
 )
-from symgen.symbolic.kinematics import variables
-from symgen.symbolic.motion import AT_REST, accelerations, references, velocities
-from symgen.symbolic.spatial import acting, axis, screw_rate
+from symgen.symbolic.kinematics import axes, variables
+from symgen.symbolic.motion import (
+    AT_REST,
+    LinkState,
+    accelerations,
+    base_velocity,
+    references,
+    velocities,
+)
+from symgen.symbolic.spatial import acting, cross, named, plus, scaled, screw_rate
 
 
 def slotine_li_torque(p: Plant) -> ByJoint:
@@ -41,19 +51,46 @@ def slotine_li_torque(p: Plant) -> ByJoint:
 
 
 def generalized_momentum(p: Plant) -> tuple[ByJoint, ByJoint]:
-    """Return p = M qd and C^T qd - g by movable joint."""
+    """Return p = M qd and C^T qd - g by movable joint.
+
+    The momentum of a robot with a free base comes first. Velocities are then those in a frame that
+    falls freely, where no part has a weight.
+    """
     tape, qd = p.tape, variables(p.robot, "qd")
-    moving = velocities(p.way, AT_REST, tape)
+    moving = _moving(p)
     total = summed_to_base(p, p.momenta(moving), "k")
     momentum, rate = {}, {}
-    for joint in p.robot.moving:
-        j, screw, twist = joint.number, axis(joint.sigma), moving[joint.number].twist
-        momentum[j] = acting(total[j], screw)
-        rate[j] = tape.name(f"r{j}", acting(total[j], screw_rate(screw, twist)))
+    for j, (link, screw) in axes(p.robot).items():
+        momentum[j] = acting(total[link], screw)
+        change = acting(total[link], screw_rate(screw, moving[link].twist))
+        rate[j] = tape.name(f"r{j}", change)
     momentum = to_variables(p.robot, momentum, "pf", tape)
     rate = to_variables(p.robot, rate, "rf", tape)
-    weight, momentum = gravity_torque(p), with_rotors(p, momentum, qd)
+    weight = {} if p.robot.floating else gravity_torque(p)
+    momentum = with_rotors(p, momentum, qd)
     return (
-        {j: tape.name(f"p{j}", momentum[j]) for j in p.numbers},
-        {j: tape.name(f"R{j}", rate[j] - weight.get(j, sp.S.Zero)) for j in p.numbers},
+        {j: tape.name(f"p{j}", momentum[j]) for j in p.equations},
+        {j: tape.name(f"R{j}", rate[j] - weight.get(j, sp.S.Zero)) for j in p.equations},
     )
+
+
+def centroidal_momentum(p: Plant) -> list[sp.Expr]:
+    """Return the momentum (l, k) about the centre of mass, that centre, and the mass as a guard.
+
+    With the momentum (l, k0) and the body (m, M) of all links about the origin of frame 0,
+
+        c = m / M,    k = k0 - c x l
+    """
+    tape = p.tape
+    linear, angular = summed_to_base(p, p.momenta(_moving(p)), "k")[0]
+    robot = composites(p.way, p.bodies, tape)[0]
+    inverse = tape.name("iM", 1 / robot.M)
+    centre = named(scaled(inverse, robot.m), "c", tape)
+    about = plus(angular, scaled(sp.S.NegativeOne, cross(centre, linear)))
+    return [*linear, *named(about, "K", tape), *centre, robot.M]
+
+
+def _moving(p: Plant) -> Mapping[int, LinkState]:
+    """Return the velocities of all links; the base rests, unless it is free."""
+    base = base_velocity(p.robot, p.tape) if p.robot.floating else AT_REST
+    return velocities(p.way, base, p.tape)

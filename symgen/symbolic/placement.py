@@ -3,6 +3,9 @@
 The link of a point is chosen at run time by one symbol for each link: 1 for the chosen link, and 0
 for the others. Sums over these symbols select its frame, and the joints that move it. The code
 therefore needs no branches.
+
+With a free base, frame 0 moves. A Jacobian has six more columns before those of the joints, of the
+velocities v and w of the base, and velocities are expressed in the axes of frame 0.
 """
 
 from __future__ import annotations
@@ -17,8 +20,24 @@ from symgen.robot.expressions import exact
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.bodies import Inertia
 from symgen.symbolic.constraints import spread, to_variables
-from symgen.symbolic.kinematics import Way, arrays, builder, cosine_sine, path, variables, way_of
-from symgen.symbolic.motion import AT_REST, REAL, accelerations, base_acceleration, moved
+from symgen.symbolic.kinematics import (
+    Way,
+    arrays,
+    axes,
+    builder,
+    cosine_sine,
+    path,
+    variables,
+    way_of,
+)
+from symgen.symbolic.motion import (
+    AT_REST,
+    REAL,
+    LinkState,
+    accelerations,
+    base_acceleration,
+    moved,
+)
 from symgen.symbolic.spatial import (
     ZERO,
     Screw,
@@ -91,17 +110,17 @@ def jacobian_tape(robot: Robot) -> Tape:
     paths = (path(robot, joint.number) for joint in reversed(robot.joints))
     way = next(numbers for numbers in paths if moving.intersection(numbers))
     tip = placed[way[0]][3]
-    columns = {
-        joint.number: _column(joint, placed, tip, placed[joint.number][2], "a", tape)
-        for joint in robot.moving
-        if joint.number in way
-    }
+    columns = _base_columns(robot, tip, "a", tape)
+    for joint in robot.moving:
+        j = joint.number
+        if j in way:
+            columns[j] = _column(joint, placed, tip, placed[j][2], "a", tape)
     return tape.tape(arrays(robot, "q"), _rows(robot, columns, tape))
 
 
 def links(robot: Robot) -> Symbols:
-    """Return the symbols that select a link, in file order."""
-    return tuple(real_symbol(f"X_at{joint.number}") for joint in robot.joints)
+    """Return the symbols that select a link, in file order; that of a free base comes first."""
+    return tuple(real_symbol(f"X_at{joint.number}") for joint in robot.bodies)
 
 
 def coordinates(letter: str, count: int = 3) -> Symbols:
@@ -116,8 +135,8 @@ def link_jacobian_tape(robot: Robot) -> Tape:
     *axes, origin = (_chosen(robot, placed, k, f"R{k}", tape) for k in range(4))
     offsets = (scaled(c, a) for a, c in zip(axes, coordinates("c"), strict=True))
     tip = named(plus(origin, *offsets), "t", tape)
-    at = dict(zip((j.number for j in robot.joints), links(robot), strict=True))
-    columns = {}
+    at = dict(zip((j.number for j in robot.bodies), links(robot), strict=True))
+    columns = _base_columns(robot, tip, "r", tape)
     for joint in robot.moving:
         j = joint.number
         behind = [at[k.number] for k in robot.joints if j in path(robot, k.number)]
@@ -143,21 +162,36 @@ def _column(
     return named(cross(z, arm), f"v{j}_", tape), z
 
 
+def _base_columns(robot: Robot, tip: Vector, letter: str, tape: TapeBuilder) -> dict[int, Screw]:
+    """Return velocity and angular velocity of a point for unit velocities of a free base."""
+    base = {number: axes(robot)[number][1] for number in robot.free}
+    return {
+        number: (plus(v, named(cross(w, tip), f"{letter}{number}_", tape)), w)
+        for number, (w, v) in base.items()
+    }
+
+
 def _rows(robot: Robot, columns: Mapping[int, Screw], tape: TapeBuilder) -> list[sp.Expr]:
-    """Return the entries of a Jacobian over the movable joints, row-major."""
+    """Return the entries of a Jacobian over the equations, row-major."""
     rows: list[sp.Expr] = []
     for row in range(6):
         entries = {j: column[row // 3][row % 3] for j, column in columns.items()}
         moved = to_variables(robot, entries, f"J{row}", tape)
-        rows += [moved.get(joint.number, sp.S.Zero) for joint in robot.movable]
+        rows += [moved.get(number, sp.S.Zero) for number in robot.equations]
     return rows
 
 
 def link_drift_tape(robot: Robot) -> Tape:
-    """Derive dJ/dt qd of a point of a link in frame 0: (6,), linear then angular."""
+    """Derive dJ/dt qd of a point of a link in frame 0: (6,), linear then angular.
+
+    With a free base, J (f, wd, qdd) plus this is specific force and angular acceleration.
+    """
     tape = _builder(robot)
     placed, way = link_places(robot, tape)
-    motion = {j: (m.w, m.dw, m.a) for j, m in accelerations(way, AT_REST, {}, tape).items()}
+    base = AT_REST
+    if robot.floating:
+        base = LinkState(ZERO, ZERO, w=base_acceleration(robot, tape).w)
+    motion = {j: (m.w, m.dw, m.a) for j, m in accelerations(way, base, {}, tape).items()}
     w, dw, a = (_chosen(robot, motion, k, letter, tape) for k, letter in enumerate("wxy"))
     axes = [_chosen(robot, placed, k, f"R{k}", tape) for k in range(3)]
     point = coordinates("c")
@@ -216,6 +250,6 @@ def _chosen(
     tape: TapeBuilder,
 ) -> Vector:
     """Return vector k of the chosen link."""
-    pairs = zip(links(robot), robot.joints, strict=True)
+    pairs = zip(links(robot), robot.bodies, strict=True)
     parts = (scaled(at, vectors[joint.number][k]) for at, joint in pairs)
     return named(plus(*parts), f"{letter}c", tape)

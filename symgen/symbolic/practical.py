@@ -148,14 +148,15 @@ def _loss(
     ]
     differences = _matrix(exact, combined, robot)
     places = [p.index for p in separated]
-    torque = np.zeros(robot.n)
-    gram = np.zeros((robot.n, len(separated), len(separated)))
-    before, after = np.zeros((2, robot.n, len(separated)))
+    rows = len(robot.equations)
+    torque = np.zeros(rows)
+    gram = np.zeros((rows, len(separated), len(separated)))
+    before, after = np.zeros((2, rows, len(separated)))
     for draw in range(_DRAWS):
         inputs = random_inputs(plain, _STATES, draw)
         for name in ("qd", "qdd"):
             inputs[name] = [_SLOW * x for x in inputs[name]]
-        W = columns_at(tape, {}, inputs, _STATES).reshape(_STATES, robot.n, -1)
+        W = columns_at(tape, {}, inputs, _STATES).reshape(_STATES, rows, -1)
         columns = W.shape[2]
         links = _links(robot, exact, draw)
         rest = W @ differences[:, :columns].T
@@ -188,7 +189,7 @@ def _links(robot: Robot, base: BaseParameters, seed: int) -> FloatArray:
     """Draw standard parameters (s,) of links with the usual sizes and masses of arms."""
     draw, size = np.random.default_rng(seed), reach(robot)
     values: dict[str, float] = {}
-    for joint in robot.moving:
+    for joint in (*robot.bodies[: -len(robot.joints)], *robot.moving):
         mass = draw.uniform(*_MASS)
         centre = _SIZE * size * draw.uniform(-1, 1, 3)
         inertia = mass * (_SIZE * size) ** 2

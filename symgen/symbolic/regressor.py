@@ -25,7 +25,7 @@ from symgen.symbolic import friction
 from symgen.symbolic.bodies import Inertia, unit_wrench
 from symgen.symbolic.constraints import ByJoint, spread, to_variables
 from symgen.symbolic.energy import inertial_parameters
-from symgen.symbolic.kinematics import Way, arrays, builder, variables, way_of
+from symgen.symbolic.kinematics import Way, arrays, axes, builder, variables, way_of
 from symgen.symbolic.motion import (
     LinkState,
     accelerations,
@@ -41,7 +41,6 @@ from symgen.symbolic.spatial import (
     Screw,
     Vector,
     acting,
-    axis,
     cross,
     dot,
     named,
@@ -55,7 +54,7 @@ Columns = list[ByJoint]
 
 @dataclass(frozen=True)
 class _Scene:
-    """The state that every regressor starts from; moving joints, and links, by number."""
+    """The state that every regressor starts from; equations, and links, by number."""
 
     robot: Robot
     tape: TapeBuilder
@@ -88,9 +87,9 @@ class _Scene:
             for k, columns in enumerate(matrices)
         ]
         rows = [
-            column.get(j.number, sp.S.Zero)
+            column.get(j, sp.S.Zero)
             for columns in acting
-            for j in self.robot.movable
+            for j in self.robot.equations
             for column in columns
         ]
         return self.tape.tape(arrays(self.robot, *inputs), rows)
@@ -102,7 +101,7 @@ def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, LinkState], Mapping[int, 
     qd = {step.joint.number: step.qd for step in way}
     qdd = spread(robot, variables(robot, "qdd"), tape)
     twist, base = base_velocity(robot, tape), base_acceleration(robot, tape)
-    screw, parameters = screws(way, tape), inertial_parameters(robot)
+    screw, parameters = screws(robot, way, tape), inertial_parameters(robot)
     scene = _Scene(robot, tape, way, qd, qdd, screw, parameters)
     return scene, velocities(way, twist, tape), accelerations(way, base, qdd, tape)
 
@@ -140,10 +139,8 @@ def momentum_tape(robot: Robot) -> Tape:
     scene, frame, _ = _scene(robot)
     # (dw, dV) of link i with q_j, by i and j. In frame j the speed of the joint itself makes no
     # difference: it is along z, through the origin.
-    own = {}
-    for joint in robot.moving:
-        own[joint.number] = screw_rate(axis(joint.sigma), frame[joint.number].twist)
-    change = in_later_frames(scene.way, own, "IJ", scene.tape)
+    rates = {j: screw_rate(screw, frame[link].twist) for j, (link, screw) in axes(robot).items()}
+    change = in_later_frames(scene.way, rates, "IJ", scene.tape)
     momentum: Columns = []
     slope: Columns = []
     for p in scene.parameters:

@@ -45,7 +45,7 @@ def add_body_tape(robot: Robot, base: BaseParameters) -> Tape:
     body = Inertia(symmetric(J), tuple(moment), mass).parameters
     standard = {
         f"{prefix}{joint.number}": tape.name(f"B{prefix}{joint.number}", symbol * value)
-        for joint, symbol in zip(robot.joints, at, strict=True)
+        for joint, symbol in zip(robot.bodies, at, strict=True)
         for prefix, value in body.items()
     }
     outputs = _joined(base, standard, tape, X)

@@ -10,6 +10,8 @@ does not change a body on link j, the body can also belong to the antecedent of 
 * as long as every rotation so far keeps one direction a (links before the second revolute axis
   that is not parallel to the first), the moment along a moves no energy: a . (MX, MY, MZ). A base
   with an IMU keeps no direction.
+
+A body that belongs to the base has no energy, unless the base is free: it is then one of link 0.
 """
 
 from __future__ import annotations
@@ -45,7 +47,9 @@ def structural_relations(robot: Robot) -> list[Relation]:
     for joint in robot.joints:
         c, s = cosine_sine(joint.theta)
         before, after = elementary(joint, c, s, joint.r, _Formulas())  # at q = 0
-        found += [_moved(joint, body, (*before, *after)) for body in _kept_bodies(joint)]
+        found += [
+            _moved(joint, body, (*before, *after), robot.floating) for body in _kept_bodies(joint)
+        ]
         here = _kept_direction(joint, direction[joint.antecedent], before)
         direction[joint.number] = here
         if here and joint.slides:
@@ -82,11 +86,11 @@ def _kept_bodies(joint: Joint) -> list[dict[str, int]]:
     return [{prefix: 1} for prefix in names.LINK]
 
 
-def _moved(joint: Joint, body: dict[str, int], way: _Way) -> Relation:
-    """Return a body on link j minus the same body on its antecedent (nothing on the base)."""
+def _moved(joint: Joint, body: dict[str, int], way: _Way, floating: bool) -> Relation:
+    """Return a body on link j minus the same body on its antecedent (nothing on a base)."""
     moved = Inertia.of({prefix: sp.Integer(value) for prefix, value in body.items()})
     out = {f"{prefix}{joint.number}": v for prefix, v in moved.parameters.items() if v != 0}
-    if joint.antecedent == 0:
+    if joint.antecedent == 0 and not floating:
         return out
     for motion in reversed(way):
         moved = moved.before(motion, joint.number, _Formulas())

@@ -238,13 +238,13 @@ class TapeBuilder:
 
     Args:
         reserved: names that steps must not have.
-        last: inputs that come last, if the derivation reads any of them.
+        last: groups of inputs that come last: each group if the derivation reads any of it.
     """
 
     def __init__(
         self,
         reserved: Iterable[str] = (),
-        last: Sequence[tuple[str, Symbols]] = (),
+        last: Sequence[Sequence[tuple[str, Symbols]]] = (),
     ) -> None:
         self._last = tuple(last)
         self._constants: dict[sp.Expr, sp.Symbol] = {}
@@ -296,16 +296,18 @@ class TapeBuilder:
     def tape(
         self, inputs: Iterable[tuple[str, Sequence[sp.Symbol]]], outputs: Sequence[sp.Expr]
     ) -> Tape:
-        """Return the tape of the derivation, without dead steps."""
+        """Return the tape of the derivation, without dead steps and empty inputs."""
         tape = Tape(
-            tuple((name, tuple(symbols)) for name, symbols in inputs),
+            tuple((name, tuple(symbols)) for name, symbols in inputs if symbols),
             tuple((s, e) for e, s in self._constants.items()),
             tuple((s, e) for e, s in self._steps.items()),
             tuple(outputs),
         ).keep(range(len(outputs)))
         read = {s for e in (*tape.outputs, *(e for _, e in tape.steps)) for s in e.free_symbols}
-        last = self._last if any(read.intersection(group) for _, group in self._last) else ()
-        return replace(tape, inputs=(*tape.inputs, *last))
+        last = (
+            group for group in self._last if any(read.intersection(symbols) for _, symbols in group)
+        )
+        return replace(tape, inputs=(*tape.inputs, *(x for group in last for x in group)))
 
 
 class Numbers(Arithmetic):

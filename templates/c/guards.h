@@ -6,6 +6,9 @@
 #define {{ name }}_MODEL_DIGEST {{ digest }}
 
 #define {{ name }}_JOINTS {{ n }}
+{% if floating %}
+#define {{ name }}_EQUATIONS {{ n + 6 }} /* of the base, then of the joints */
+{% endif %}
 #define {{ name }}_PARAMETERS {{ p }}
 #define {{ name }}_INERTIAL {{ inertial }}
 

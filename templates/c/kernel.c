@@ -15,9 +15,9 @@
 
 {{ name }}_IN_SECTION {{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
 {
-{% if k.links %}
+{% if k.link %}
     int status = {{ name }}_NO_SUCH_LINK;
-    if ((link >= 1u) && (link <= {{ k.links }}u)) {
+    if ({% if k.link.first %}(link >= 1u) && (link <= {{ k.link.last }}u){% else %}link <= {{ k.link.last }}u{% endif %}) {
 {% for line in k.body %}
         {{ line }}
 {% endfor %}

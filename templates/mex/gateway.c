@@ -73,12 +73,12 @@ static size_t find(const mxArray *word)
 /* Refuse what is no number of a link. */
 static void check_link(double link, int links)
 {
-    for (int i = 1; i <= links; ++i) {
+    for (int i = {{ first }}; i <= links; ++i) {
         if (link >= i && link <= i) {
             return;
         }
     }
-    mexErrMsgIdAndTxt("{{ name }}:link", "link is %g; accepted: the number of a joint, 1 to %d", link, links);
+    mexErrMsgIdAndTxt("{{ name }}:link", "link is %g; accepted: the number of a joint, {{ first }} to %d", link, links);
 }
 
 /* Samples in an input: rows of a matrix, 1 for a vector. */

@@ -66,6 +66,7 @@ class PinocchioArm:
                 velocity_index[j] = self.model.joints[number].idx_v
             body, inside = carrier[j]
             self.model.appendBodyToJoint(body, self._inertia(links[j - 1]), inside)
+        self.carriers = carrier
         self.data = self.model.createData()
         self._slots = np.array([velocity_index[j] for j in arm.movable])
 

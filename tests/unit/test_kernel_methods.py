@@ -14,11 +14,12 @@ ROBOTS = {
     "fixed": '[robot]\nname = "m"\n[[joint]]\nfriction = ["coulomb"]\n[[joint]]\nd = 0.5\n',
     "sprung": '[robot]\nname = "m"\n[[joint]]\n[[joint]]\nd = 0.5\n'
     '[[effect]]\nname = "gravity_spring"\njoints = [2]\n',
+    "floating": '[robot]\nname = "m"\nbase = "floating"\n[[joint]]\n[[joint]]\nd = 0.5\n',
     "input": '[robot]\nname = "free"\ngravity = "input"\n[[joint]]\n[[joint]]\nalpha = 1.0\n',
 }
 
 
-SIZES = {"n": 2, "links": 2}
+SIZES = {"n": 2, "m": 2, "links": 2}
 
 
 @pytest.fixture(scope="module", params=ROBOTS)
@@ -31,11 +32,14 @@ def evaluator(request) -> symgen.Evaluator:
 def test_a_kernel_has_the_arrays_of_its_entry(evaluator, name: str) -> None:
     kernel, definition = evaluator.model.kernel(name), KERNELS[name]
     if kernel is None:
-        assert definition.exists is not None
+        assert definition.exists is not None or evaluator.model.robot.base not in definition.bases
         return
+    floating = evaluator.model.robot.floating
+    definition = definition.floating if floating else definition
     base = evaluator.model.base
     standard = len(base.standard)
-    sizes = SIZES | {"p": len(base.parameters), "p_inertial": base.inertial, "s": standard}
+    sizes = SIZES | ({"m": 8} if floating else {})
+    sizes |= {"p": len(base.parameters), "p_inertial": base.inertial, "s": standard}
     inputs = [
         a for a in definition.inputs if a.name != GRAVITY or evaluator.model.robot.gravity_input
     ]
@@ -68,7 +72,8 @@ def test_help_describes_a_method() -> None:
 def _physical(evaluator: symgen.Evaluator) -> np.ndarray:
     """X of two bodies, so that M is positive definite."""
     standard = {"ZZ": 2.0, "XX": 2.0, "YY": 2.0, "M": 1.0, "IA": 0.1}
-    given = [standard.get(p.name[:-1], 0.0) for p in evaluator.model.base.standard]
+    standard = {f"{name}{k}": value for name, value in standard.items() for k in (0, 1, 2)}
+    given = [standard.get(p.name, 0.0) for p in evaluator.model.base.standard]
     return np.asarray(evaluator.base_parameters(given))
 
 

@@ -80,7 +80,9 @@ class Package:
         friction = len(base.parameters) > base.inertial
         torque = ["friction_torque"] if friction else []
         parts: list[str] = []
-        if self.model.robot.loaded:  # its friction has no columns
+        if (
+            self.model.robot.loaded or self.model.robot.floating
+        ):  # friction without columns, wrenches
             return ()
         if self.has(regressor, *([power] if friction else [])):
             parts += ["least_squares", "identifier"]
@@ -102,6 +104,7 @@ class Package:
             inertial=base.inertial,
             gravity_input=robot.gravity_input,
             imu=robot.imu,
+            floating=robot.floating,
             version=VERSION,
             dtype=self.dtype,
             **data,

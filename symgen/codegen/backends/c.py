@@ -215,7 +215,7 @@ def _described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, A
         "shapes": shapes,
         "returns": "int" if kernel.fallible else "void",
         "fallible": kernel.fallible,
-        "links": kernel.links,
+        "link": kernel.link,
         "guards": len(kernel.guards),
         "outputs": kernel.outputs,
         "loop": kernel.batch and not on_panels,
@@ -240,8 +240,8 @@ def _shapes(kernel: Kernel, prefix: str) -> list[str]:
         shape = "a number" if a.name in SCALARS else f"({a.size},)"
         if a.name == LINK:
             shape = (
-                f"number of a joint in robot.toml, 1 to {a.size}; with any other the function "
-                f"returns {prefix}_NO_SUCH_LINK and writes nothing"
+                f"number of a joint in robot.toml, {a.first} to {a.last}; with any other the "
+                f"function returns {prefix}_NO_SUCH_LINK and writes nothing"
             )
         lines.append(f"{a.name}: {shape}")
     for o in kernel.outputs:

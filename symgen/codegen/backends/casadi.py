@@ -88,7 +88,9 @@ class _Printer(Printer):
         tape = self.tape
         for name, symbols in tape.inputs:
             if name == LINK:
-                yield from (f"{self.word[s]} = link == {i}" for i, s in enumerate(symbols, 1))
+                yield from (
+                    f"{self.word[s]} = link == {i}" for i, s in enumerate(symbols, self.first)
+                )
         for symbol, value in tape.constants:
             yield f"{self.word[symbol]} = {literal(value.subs(self.values), self.dtype)}"
         for symbol, expr in tape.steps:
@@ -114,8 +116,9 @@ def _described(name: str, robot: Robot, kernel: Kernel) -> dict[str, Any]:
             }
         )
     guards = [printer.expression(e) for e in kernel.tape.outputs[kernel.size :]]
-    if kernel.links:
-        guards.append(f"(link >= 1) * (link <= {kernel.links}) * (link == ca.floor(link))")
+    if kernel.link is not None:
+        first, last = kernel.link.first, kernel.link.last
+        guards.append(f"(link >= {first}) * (link <= {last}) * (link == ca.floor(link))")
     return {
         "name": kernel.name,
         "doc": textwrap.wrap(kernel.doc.replace("\\", "/").replace('"""', "'''"), _WIDTH - 8),

@@ -17,6 +17,7 @@ def files(package: Package) -> dict[str, str]:
     kernels = [_described(kernel, parameters) for kernel in package.kernels]
     data: dict[str, Any] = {
         "name": name,
+        "first": 0 if package.model.robot.floating else 1,
         "kernels": kernels,
         "parameters": parameters,
         "known": package.values is not None,
@@ -38,7 +39,7 @@ def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
     for i, a in enumerate(kernel.inputs):
         size = 1 if a.plain else parameters if a.name == "X" else a.size
         shared = int(a.shared or not kernel.batch)
-        inputs.append((a.name, size, shared, a.size if a.link else 0))
+        inputs.append((a.name, size, shared, a.last if a.link else 0))
         if a.written:
             copies.append((place[a.name], i, size))
         words.append(

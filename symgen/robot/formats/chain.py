@@ -91,6 +91,7 @@ class Urdf:
             each angle has the rounding error of its last digit.
         gears: motor turns per turn of each joint with a variable; {} if unknown.
         notes: differences from the file, one line each.
+        base: base of the robot, see `Robot`.
     """
 
     name: str
@@ -100,6 +101,33 @@ class Urdf:
     computed: bool = False
     gears: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    base: str = names.BASES[0]
+
+
+def on_base(urdf: Urdf, base: str | None) -> Urdf:
+    """Return a tree on a base. One that moves is the link of the free joint, if there is one.
+
+    Raises:
+        RobotError: there are several free joints, or joints that move and are not behind it.
+    """
+    joints = urdf.joints
+    free = next((joint for joint in joints.values() if joint.floats), None)
+    if base in (None, names.BASES[0]) or free is None:
+        return replace(urdf, base=base or names.BASES[0])
+    parents = {joint.child: joint.parent for joint in joints.values() if joint is not free}
+
+    def behind(link: str) -> bool:
+        return behind(parents[link]) if link in parents else link == free.child
+
+    for name, joint in joints.items():
+        if joint is not free and (joint.floats or not joint.fixed) and not behind(joint.child):
+            raise RobotError(
+                f"joint {shortened(name)!r} does not hang on the free link "
+                f"{shortened(free.child)!r}; accepted: one robot with one free joint"
+            )
+    links = {name: body for name, body in urdf.links.items() if behind(name)}
+    kept = {name: joint for name, joint in joints.items() if joint.parent in links}
+    return replace(urdf, root=free.child, links=links, joints=kept, base=base)
 
 
 class Chain:
@@ -136,7 +164,7 @@ class Chain:
             if joint.floats:
                 self.notes.append(
                     f"joint {shortened(joint.name)!r} is free in the file: the base "
-                    f"{shortened(joint.child)!r} is fixed, as symgen models arms on a fixed base"
+                    f"{shortened(joint.child)!r} is fixed; symgen import --base floating frees it"
                 )
             if min(joint.damping, joint.friction) < 0:
                 self.notes.append(
@@ -295,8 +323,11 @@ class Chain:
         return dh.half_turn(dh.turn_of(x, before)), (foot - at) @ z
 
     def host(self, joint: str) -> str:
-        """Return the link of a joint; for a fixed link without mass, the link that carries it."""
-        link = self.urdf.joints[joint].child
+        """Return the link of a joint; for a fixed link without mass, the link that carries it.
+
+        The joint "" stands for the base.
+        """
+        link = self.urdf.joints[joint].child if joint else self.urdf.root
         while link != self.urdf.root and self.urdf.links[link] is None:
             if not self.above[link].fixed:
                 break
@@ -312,7 +343,8 @@ class Chain:
     def imported(self) -> Imported:
         """Return the robot, its parameters, and notes on differences from the file."""
         joints = tuple(self._joint(self.urdf.joints[name]) for name in self.order)
-        if not any(joint.movable for joint in joints):
+        base = self.urdf.base
+        if not any(joint.movable for joint in joints) and base != names.BASES[-1]:
             raise RobotError(
                 "no joint is movable; accepted: at least one that is revolute, continuous or "
                 "prismatic"
@@ -325,6 +357,7 @@ class Chain:
             self.notes.append(f"the robot {shortened(self.urdf.name)!r} is called {name}")
         robot = Robot(
             name=name, gravity=(*ORIGIN[:2], EARTH), joints=joints, limits=self._limits(joints),
+            base=base,
             frames=tuple(map(self._frame, self.named)), drive=drive if gears else None,
         )  # fmt: skip
         assumed = (
@@ -404,7 +437,7 @@ class Chain:
                 read[key] = tuple(values)
             elif np.any(values):
                 self.notes.append(f"no {key} limits are read: {first_of(free, 3)} has none")
-        return Limits(**read) if read else None
+        return Limits(**read) if read and movable else None
 
     def _parameters(self) -> list[tuple[str, float]]:
         """Return the standard parameters of the file in the order of X; [] if it has none."""
@@ -412,6 +445,9 @@ class Chain:
             return []
         out: list[tuple[str, float]] = []
         losses: list[tuple[str, float]] = []
+        if self.urdf.base == names.BASES[-1]:
+            values = self.standard(self.urdf.links[self.urdf.root], self.urdf.root, "")
+            out += [(f"{k}0", v) for k, v in zip(names.LINK, values, strict=True)]
         for name in self.order:
             joint, number = self.urdf.joints[name], self.number[name]
             values = self.standard(self.urdf.links[joint.child], joint.child, name)
@@ -422,14 +458,17 @@ class Chain:
         return out + losses
 
     def standard(self, inertial: Inertial | None, link: str, joint: str) -> list[float]:
-        """Return XX XY XZ YY YZ ZZ MX MY MZ M of a body on a link, in the frame of a joint."""
+        """Return XX XY XZ YY YZ ZZ MX MY MZ M of a body on a link, in the frame of a joint.
+
+        The joint "" stands for frame 0.
+        """
         if inertial is None:
             return [0.0] * len(names.LINK)
         own = self.link[link] @ self._pose(inertial.xyz, inertial.rpy)
         xx, xy, xz, yy, yz, zz = many(inertial.inertia)
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=object)
         (mass,) = many((inertial.mass,))
-        body = Body(self.number[joint], mass, many(ORIGIN), tensor)
+        body = Body(self.number.get(joint, 0), mass, many(ORIGIN), tensor)
         moved = body.moved(inverse(self.frame[joint]) @ own)
         return [exact_numbers.to_double(v) for v in moved.standard]
 

@@ -38,7 +38,16 @@ from symgen.robot.declared_effects import of_library
 from symgen.robot.dh import turned_by
 from symgen.robot.effect import definitions
 from symgen.robot.exact_numbers import TOLERANCE, angle, context
-from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Mimic, Triple, Urdf, UrdfJoint
+from symgen.robot.formats.chain import (
+    ORIGIN,
+    Chain,
+    Inertial,
+    Mimic,
+    Triple,
+    Urdf,
+    UrdfJoint,
+    on_base,
+)
 from symgen.robot.formats.mjcf_torques import LINEAR, disabling, equality, quiet, unread
 from symgen.robot.formats.xml import parse_xml
 from symgen.robot.imported import Imported
@@ -57,7 +66,7 @@ SLIDE = 2
 _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 
 
-def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
+def import_mjcf(text: str, where: str = "robot.xml", base: str | None = None) -> Imported:
     """Read an MJCF as a robot, with the inertias of its bodies as standard parameters.
 
     armature becomes IA, damping becomes FV, and frictionloss becomes FS, with the shares of the
@@ -69,17 +78,30 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
     Args:
         text: the file's text.
         where: path of the file; MuJoCo reads it and the files that it includes.
+        base: base of the robot. A body with a free joint is link 0, unless the base is fixed.
 
     Raises:
         RobotError: MuJoCo is not installed or refuses the file, symgen cannot represent the robot,
-            or its torques are not those of MuJoCo.
+            or its torques are not those of MuJoCo. Or the file has a free joint, and `base` is
+            None.
     """
     with located(where):
         tree = MjcfTree(Path(where), text)
-        chain = Chain(tree.urdf)
+        free = [joint.child for joint in tree.urdf.joints.values() if joint.floats]
+        if free and base is None:
+            line = f"symgen import {Path(where).name} --into robot.toml --base"
+            raise RobotError(
+                f"body {shortened(free[0])!r} has a free joint; accepted: {line} floating, for a "
+                "robot with legs, wings or wheels; or with --base imu, for its joints only, or "
+                "--base fixed, for a robot that is held"
+            )
+        chain = Chain(on_base(tree.urdf, base))
         found = chain.imported()
         with located("gravity"):
-            gravity = tuple(map(_exact, tree.model.opt.gravity))
+            field = tree.model.opt.gravity
+            if chain.urdf.root != tree.urdf.root:
+                field = _matrix(tree.model.body(chain.urdf.root).quat).T @ field
+            gravity = tuple(map(_exact, field))
         if not any(gravity) or tree.is_off("GRAVITY"):
             raise RobotError("gravity is zero; accepted: the gravity that the robot works in")
     robot, values = replace(found.robot, gravity=gravity), [*found.parameters]

@@ -12,7 +12,7 @@ import numpy as np
 
 from symgen.errors import ParameterError, located, plain
 from symgen.robot.body import COUPLING, Body, CouplingDynamics, Dynamics, JointDynamics
-from symgen.robot.formats.chain import Chain
+from symgen.robot.formats.chain import Chain, on_base
 from symgen.robot.formats.mjcf import ACCEPTED, Losses, MjcfTree
 from symgen.robot.formats.mjcf_drives import JointDrive, drive_edits
 from symgen.robot.formats.urdf import (
@@ -34,7 +34,10 @@ _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
 
 def updated_mjcf(
-    path: Path, dynamics: Dynamics, drives: Mapping[str, JointDrive] = _NO_DRIVES
+    path: Path,
+    dynamics: Dynamics,
+    drives: Mapping[str, JointDrive] = _NO_DRIVES,
+    base: str | None = None,
 ) -> str:
     """Return an MJCF with identified values.
 
@@ -46,6 +49,7 @@ def updated_mjcf(
         path: path of the MJCF. All other bytes stay the same.
         dynamics: values of the imported robot. Links and joints without values stay unchanged.
         drives: drives by names of joints, whose actuators and limits they replace.
+        base: base of the robot, as in `import_mjcf`.
 
     Raises:
         RobotError: the file cannot be read.
@@ -57,7 +61,7 @@ def updated_mjcf(
     with located(path):
         tree = MjcfTree(path, text)
         tree.require_weight_on_motors()
-        chain = Chain(tree.urdf)
+        chain = Chain(on_base(tree.urdf, base))
         places = _by_name(tree.root.walk("body"))
         bodies = written_bodies(chain, dynamics.bodies)
         require_finite_joints(chain, dynamics.joints)

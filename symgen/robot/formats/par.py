@@ -26,12 +26,13 @@ _KEYS = {"ant": "antecedent", **{k: k for k in "sigma gamma b alpha d theta r".s
 _VARIABLE = {"0": ("theta", "(?:th|theta|t|q)"), "1": ("r", "(?:r|q)")}
 
 
-def import_par(text: str, where: str = "robot.par") -> Imported:
+def import_par(text: str, where: str = "robot.par", base: str | None = None) -> Imported:
     """Read a .par as a robot.
 
     Args:
         text: the file's text.
         where: name of the file in error messages.
+        base: base of the robot; None for a fixed one.
 
     Raises:
         RobotError: the text is not a .par, or not an open chain; the message names the entry.
@@ -61,6 +62,8 @@ def import_par(text: str, where: str = "robot.par") -> Imported:
         f'[robot]\nname = "{robot_name(Path(where).stem)}"',
         f"gravity = [{', '.join(gravity)}]",
     ]
+    if base is not None:
+        head.append(f'base = "{base}"')
     robot = parse_robot("\n".join([*head, "[geometry]", *geometry, *lines]), where)
     assumed = ["values that are not in the file; replace them in robot.toml: ", *geometry]
     return Imported(robot, (), (), (" ".join(assumed),) if geometry else ())

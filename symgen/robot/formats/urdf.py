@@ -36,6 +36,7 @@ from symgen.robot.formats.chain import (
     Urdf,
     UrdfJoint,
     many,
+    on_base,
 )
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
 from symgen.robot.imported import Imported
@@ -84,7 +85,7 @@ _KNOWN = {
 }
 
 
-def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
+def import_urdf(text: str, where: str = "robot.urdf", base: str | None = None) -> Imported:
     """Read a URDF as a robot, with the inertias of its links as standard parameters.
 
     Rounded fractions of pi (1.5708) become exact.
@@ -92,15 +93,19 @@ def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
     Args:
         text: the file's text.
         where: name of the file in error messages.
+        base: base of the robot; None for a fixed one. The root link, or the link below a joint of
+            type floating, is link 0.
 
     Raises:
         RobotError: the text is not a URDF, or symgen cannot represent the robot.
     """
     with located(where):
-        return Chain(_tree(parse_xml(text))).imported()
+        return Chain(on_base(_tree(parse_xml(text)), base)).imported()
 
 
-def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> str:
+def updated_urdf(
+    text: str, dynamics: Dynamics, where: str = "robot.urdf", base: str | None = None
+) -> str:
     """Write identified values into a copy of a URDF.
 
     Links go into <inertial>, friction and rotor inertia go into <dynamics>. A fixed link without
@@ -111,6 +116,7 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
         text: text of the URDF. All other bytes stay the same.
         dynamics: values of the imported robot. Links and joints without values stay unchanged.
         where: name of the file in error messages.
+        base: base of the robot, as in `import_urdf`.
 
     Raises:
         RobotError: the URDF cannot be read.
@@ -118,7 +124,7 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
     """
     with located(where):
         root, content = parse_xml(text), text.encode("utf-8")
-        chain = Chain(_tree(root))
+        chain = Chain(on_base(_tree(root), base))
         found = written_bodies(chain, dynamics.bodies)
         links = {e.attributes["name"]: e for e in root.all("link")}
         edits = [inertial_edit(content, links[name], _inertial(b)) for name, b in found.items()]
@@ -397,18 +403,21 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
         with located(f"joint {shortened(name)!r}"):
             body = _finite(body)
         empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
-        if link == urdf.root or empty:  # no joint moves the link, or the body is empty
+        still = link == urdf.root and urdf.base != "floating"
+        if still or empty:  # no joint moves the link, or the body is empty
             continue
         parts.setdefault(link, []).append(body.moved(chain.pose(name).astype(float)))
     return {link: _without_rounding(merge_bodies(own)) for link, own in parts.items()}
 
 
 def joint_name(chain: Chain, number: int) -> str:
-    """Return the name of a joint in the file.
+    """Return the name of a joint in the file, or "" for link 0 of a floating base.
 
     Raises:
         ParameterError: there is no such joint.
     """
+    if number == 0 and chain.urdf.base == "floating":
+        return ""
     if not 1 <= number <= len(chain.order):
         raise ParameterError(f"there is no joint {number}; accepted: 1 to {len(chain.order)}")
     return chain.order[number - 1]

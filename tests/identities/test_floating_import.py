@@ -1,0 +1,177 @@
+"""URDF and MJCF of robots with a floating base: import, export, and values in MuJoCo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support import parsed
+
+import symgen
+from symgen.codegen.model import regrouping
+from symgen.identification.physical import bodies
+from symgen.robot.body import Dynamics
+from symgen.robot.formats.urdf import import_urdf, updated_urdf
+from symgen.robot.toml_io import read_imported
+
+TRUNK = '<inertial pos="0.02 -0.01 0.03" mass="4" fullinertia="0.05 0.06 0.07 0.004 -0.003 0.002"/>'
+LEG = """<body name="hip{i}" pos="0.2 {y} 0"><joint name="roll{i}" axis="1 0 0"/>
+<inertial pos="0.01 0 0.02" mass="0.6" diaginertia="0.003 0.004 0.005"/>
+<body name="shin{i}" pos="0 0.05 -0.2" euler="0 20 0"><joint name="pitch{i}" axis="0 1 0"/>
+<inertial pos="0 0.01 -0.1" mass="0.4" diaginertia="0.002 0.003 0.001"/></body></body>"""
+LEGS = "".join(LEG.format(i=i, y=y) for i, y in ((1, 0.1), (2, -0.1)))
+BIPED = (
+    f'<mujoco model="biped"><worldbody><geom type="plane" size="1 1 1"/>'
+    f'<body name="trunk" pos="0 0 1" euler="10 0 30"><freejoint/>{TRUNK}{LEGS}</body>'
+    "</worldbody></mujoco>"
+)
+
+
+def mjcf(folder: Path, text: str = BIPED) -> Path:
+    pytest.importorskip("mujoco", reason="MuJoCo is not installed")
+    path = folder / "biped.xml"
+    path.write_text(text)
+    return path
+
+
+def vectors(imported, model: symgen.Model) -> np.ndarray:
+    """X of the values of the file."""
+    values = dict(imported.parameters)
+    return regrouping(model) @ [values.get(p.name, 0.0) for p in model.base.standard]
+
+
+def test_a_free_joint_is_link_0_and_moves_as_in_mujoco(tmp_path: Path) -> None:
+    path = mjcf(tmp_path)
+    import mujoco
+
+    imported = read_imported(path, "floating")
+    robot = imported.robot
+    assert (robot.base, robot.n, robot.free) == ("floating", 4, (5, 6, 7, 8, 9, 10))
+    model = symgen.derive(robot, ("forward_dynamics", "inverse_dynamics"))
+    call, X = symgen.load(model, backend="casadi"), vectors(imported, model)
+    plant = mujoco.MjModel.from_xml_path(str(path))
+    data, draw = mujoco.MjData(plant), np.random.default_rng(0)
+    for _ in range(5):
+        data.qpos[:], data.qvel[:] = draw.uniform(-1, 1, plant.nq), draw.uniform(-1, 1, plant.nv)
+        mujoco.mj_normalizeQuat(plant, data.qpos)
+        data.qacc[:] = draw.uniform(-3, 3, plant.nv)
+        mujoco.mj_inverse(plant, data)
+        turn = np.zeros(9)
+        mujoco.mju_quat2Mat(turn, data.qpos[3:7])
+        R = turn.reshape(3, 3)
+        f = R.T @ (data.qacc[:3] - plant.opt.gravity)
+        w, wd = data.qvel[3:6], data.qacc[3:6]
+        found = call.inverse_dynamics(data.qpos[7:], data.qvel[6:], data.qacc[6:], X, f, w, wd)
+        force = data.qfrc_inverse
+        want = [*R.T @ force[:3], *force[3:]]
+        np.testing.assert_allclose(found, want, atol=1e-9 * np.abs(want).max())
+
+
+def test_a_free_joint_needs_a_word_on_the_base(tmp_path: Path) -> None:
+    path = mjcf(tmp_path)
+    line = r"trunk.+free joint.+symgen import biped\.xml --into robot\.toml --base floating"
+    with pytest.raises(symgen.RobotError, match=line):
+        symgen.read_robot(path)
+    fixed, moved, free = (read_imported(path, base) for base in ("fixed", "imu", "floating"))
+    assert (fixed.robot.base, moved.robot.base) == ("fixed", "imu")
+    assert len(fixed.robot.joints) == 5  # with the trunk, which is fixed on the world
+    assert moved.robot.joints == free.robot.joints
+    assert float(free.robot.gravity[2]) == pytest.approx(-9.81 * np.cos(np.radians(10)))
+    assert parsed(symgen.robot_toml(free.robot)) == free.robot
+
+
+def test_two_free_bodies_are_refused(tmp_path: Path) -> None:
+    ball = '<body name="ball"><freejoint name="rolls"/><geom size="0.1"/></body></worldbody>'
+    path = mjcf(tmp_path, BIPED.replace("</worldbody>", ball))
+    with pytest.raises(symgen.RobotError, match=r"'ball_fixed' does not hang on the free link"):
+        read_imported(path, "floating")
+
+
+def test_values_of_link_0_come_back_from_an_mjcf_and_a_urdf(tmp_path: Path) -> None:
+    from symgen.robot.formats.mjcf_writer import updated_mjcf
+
+    path = mjcf(tmp_path)
+    imported = read_imported(path, "floating")
+    values = {name: 1.1 * value for name, value in imported.parameters}
+    links = Dynamics(bodies(imported.robot, values))
+    path.write_text(updated_mjcf(path, links, base="floating"))
+    again = dict(read_imported(path, "floating").parameters)
+    for name, value in values.items():
+        assert again[name] == pytest.approx(value, abs=1e-12), name
+    found = import_urdf(URDF, base="floating")
+    values = {name: 1.1 * value for name, value in found.parameters}
+    text = updated_urdf(URDF, Dynamics(bodies(found.robot, values)), base="floating")
+    again = dict(import_urdf(text, base="floating").parameters)
+    for name, value in values.items():
+        assert again[name] == pytest.approx(value, abs=1e-12), name
+
+
+INERTIA = '<inertia ixx="0.02" ixy="0.001" ixz="0" iyy="0.03" iyz="0" izz="0.04"/>'
+BODY = f'<inertial><origin xyz="0.1 0 0.02"/><mass value="2"/>{INERTIA}</inertial>'
+URDF = (
+    '<robot name="r"><link name="world"/>'
+    f'<link name="base">{BODY}</link><link name="box">{BODY}</link><link name="a">{BODY}</link>'
+    '<joint name="root" type="floating"><parent link="world"/><child link="base"/></joint>'
+    '<joint name="lid" type="fixed"><origin xyz="0 0 0.1"/>'
+    '<parent link="base"/><child link="box"/></joint>'
+    '<joint name="j" type="continuous"><origin xyz="0.3 0 0" rpy="0.2 0 0"/>'
+    '<parent link="base"/><child link="a"/></joint></robot>'
+)
+
+
+def test_the_root_link_of_a_urdf_is_link_0() -> None:
+    pin = pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
+    imported = import_urdf(URDF, base="floating")
+    values = dict(imported.parameters)
+    assert (values["M0"], values["MX0"], values["MZ0"]) == (2.0, 0.2, pytest.approx(0.04))
+    model = symgen.derive(imported.robot, ("inverse_dynamics", "mass_matrix"))
+    X = vectors(imported, model)
+    M = symgen.load(model, backend="casadi").mass_matrix([0.4], X)
+    plain = URDF.replace('<link name="world"/>', "").replace(
+        '<joint name="root" type="floating"><parent link="world"/><child link="base"/></joint>', ""
+    )
+    there = pin.buildModelFromXML(plain, pin.JointModelFreeFlyer())
+    data = there.createData()
+    place = [0, 0, 0, 0, 0, 0, 1, np.cos(0.4), np.sin(0.4)]
+    want = np.triu(pin.crba(there, data, np.array(place, float)))
+    np.testing.assert_allclose(np.triu(M), want, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("[base]\nposition = [0, 0, 1, 2]\n", "position.+4 entries; accepted: 3"),
+        ('[[contact]]\nframe = "toe"\nkind = "point"\n', "contact 1, key 'frame'.+no frame 'toe'"),
+        ('[[contact]]\nframe = "toe"\nkind = "rope"\n', "kind.+'point' or 'surface'"),
+    ],
+)
+def test_tables_of_a_floating_base_are_checked(table: str, message: str) -> None:
+    head = '[robot]\nname = "drone"\nbase = "floating"\n'
+    with pytest.raises(symgen.RobotError, match=message):
+        parsed(head + table)
+
+
+def test_the_place_of_the_imu_and_contacts_are_read_and_written() -> None:
+    text = (
+        '[robot]\nname = "drone"\nbase = "floating"\n[[frame]]\nname = "skid"\njoint = 0\n'
+        "[base]\nposition = [0.1, 0.0, 0.02]\nrotation = [0.0, 0.0, 1.5]\n"
+        '[[contact]]\nframe = "skid"\nkind = "surface"\n'
+    )
+    robot = parsed(text)
+    assert robot.mount.position == (0.1, 0.0, 0.02)
+    assert parsed(symgen.robot_toml(robot)) == robot
+    for base in ("fixed", "imu"):
+        with pytest.raises(symgen.RobotError, match=r"contact: accepted|base: accepted"):
+            parsed(text.replace("floating", base) + "[[joint]]\n")
+
+
+@pytest.mark.parametrize(
+    "text", ['base = "floating"\n[[joint]]\n', 'base = "imu"\n[[joint]]\n[base]\n']
+)
+def test_logs_of_such_robots_are_refused(text: str) -> None:
+    t = np.linspace(0, 2, 200)
+    imu = np.tile([0.0, 0.0, 9.81, 0.0, 0.0, 0.0], (200, 1))
+    log = symgen.make_log("legs", t, np.sin(3 * t)[:, None], np.cos(t)[:, None], imu=imu)
+    with pytest.raises(symgen.SymgenError, match=r"floating base or with \[base\]; accepted"):
+        symgen.identify(parsed(f'[robot]\nname = "legs"\n{text}'), [log])
