@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from symgen.codegen.backends import Backend, Package, c, casadi, mex
+from symgen.codegen.backends import Backend, Package, c, casadi, jax, mex, torch
 from symgen.codegen.c_printer import DTYPES
 from symgen.codegen.definition import Subject
 from symgen.codegen.kernel import Kernel
@@ -30,7 +30,9 @@ from symgen.robot.toml_text import robot_toml
 from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"
-TARGETS: dict[str, Backend] = {"c": c, "casadi": casadi, "mex": mex}
+TARGETS: dict[str, Backend] = {"c": c, "casadi": casadi, "mex": mex, "jax": jax, "torch": torch}
+#: Targets of "all".
+ALL_TARGETS = ("c", "casadi", "mex")
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,7 @@ def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
 def _targets(target: str) -> tuple[str, ...]:
     """Return the targets to write: those that the target builds on, then the target itself."""
     if target == "all":
-        return tuple(TARGETS)
+        return ALL_TARGETS
     if target not in TARGETS:
         raise PackageError(f"target {target!r}; accepted: {', '.join(TARGETS)}, all")
     return (*TARGETS[target].BUILDS_ON, target)

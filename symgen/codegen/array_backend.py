@@ -1,0 +1,96 @@
+"""Straight-line functions of arrays, for libraries that transform and differentiate them."""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import dataclass
+from typing import Any
+
+from symgen.codegen.backends import Package
+from symgen.codegen.kernel import Argument, Kernel
+from symgen.codegen.python_printer import WIDTH, PythonPrinter, Vocabulary, docstring
+from symgen.robot.types import Robot
+
+#: Names of the template in every function.
+_LOCAL = (
+    *("batch", "zero", "guards", "cosines", "sines"),
+    *("_stacked", "_valid", "_positive", "_turned"),
+)
+
+
+@dataclass(frozen=True)
+class Library:
+    """A library of arrays, for templates/arrays/kernels.py.
+
+    Attributes:
+        title: its name in text.
+        needs: what the module needs.
+        file: its file in templates/arrays, with its import and the functions that differ.
+        name: its name in the module.
+        convert: its function that turns an argument into an array.
+        unpack: text of the entries of {array} along its last axis.
+        transforms: one sentence on what its transformations do with the functions.
+    """
+
+    title: str
+    needs: str
+    file: str
+    name: str
+    convert: str
+    unpack: str
+    transforms: str
+
+
+def array_source(package: Package, library: Library, module: str) -> str:
+    """Return a module with a function for each kernel, over arrays with leading axes.
+
+    Args:
+        package: the package.
+        library: the library of arrays.
+        module: name of the module.
+    """
+    robot = package.model.robot
+    kernels = [_described(kernel, robot, library) for kernel in package.kernels]
+    return package.render(
+        "arrays/kernels.py", module=module, kernels=kernels, library=library
+    )
+
+
+def _described(kernel: Kernel, robot: Robot, library: Library) -> dict[str, Any]:
+    """Return the data of a kernel for the template."""
+    vocabulary = Vocabulary(
+        library=library.name,
+        absolute="abs",
+        indexed=False,
+        selected="(link == {number}) * (zero + 1.0)",
+        inverse="1.0 / _positive({value})",
+        turned="_turned([{angles}])",
+        taken=_LOCAL,
+    )
+    printer = PythonPrinter(kernel, robot, vocabulary)
+    guards = [printer.expression(e) for e in printer.guards]
+    for _, symbols in (group for group in kernel.tape.inputs if group[0] == "link"):
+        guards.append(" + ".join(printer.word[s] for s in symbols))
+    entries = {
+        name: ", ".join(printer.word[s] for s in symbols) for name, symbols in kernel.tape.inputs
+    }
+    inputs = [
+        {"name": a.name, "entries": [] if a.plain else textwrap.wrap(entries[a.name], WIDTH)}
+        for a in kernel.inputs
+    ]
+    return {
+        "name": kernel.name,
+        "doc": docstring(kernel),
+        "returns": [o.name for o in kernel.outputs],
+        "inputs": inputs,
+        "leading": [_leading(a) for a in kernel.inputs],
+        "first": f"{kernel.inputs[0].name}[..., 0]",
+        "guards": textwrap.wrap(", ".join(guards), WIDTH),
+        "outputs": list(printer.outputs()),
+        "lines": list(printer.lines()),
+    }
+
+
+def _leading(argument: Argument) -> str:
+    """Return the text of the leading axes of an input."""
+    return f"{argument.name}.shape" if argument.plain else f"{argument.name}.shape[:-1]"
