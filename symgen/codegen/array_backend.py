@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import dataclass
 from typing import Any
 
 from symgen.codegen.backends import Package
-from symgen.codegen.kernel import Argument, Kernel
-from symgen.codegen.python_printer import WIDTH, PythonPrinter, Vocabulary, docstring
+from symgen.codegen.kernel import LINK, Argument, Kernel
+from symgen.codegen.python_printer import PythonPrinter, Vocabulary, docstring, wrapped
 from symgen.robot.types import Robot
 
 #: Names of the template in every function.
@@ -69,13 +68,11 @@ def _described(kernel: Kernel, robot: Robot, library: Library) -> dict[str, Any]
     )
     printer = PythonPrinter(kernel, robot, vocabulary)
     guards = [printer.expression(e) for e in printer.guards]
-    for _, symbols in (group for group in kernel.tape.inputs if group[0] == "link"):
-        guards.append(" + ".join(printer.word[s] for s in symbols))
-    entries = {
-        name: ", ".join(printer.word[s] for s in symbols) for name, symbols in kernel.tape.inputs
-    }
+    words = {name: [printer.word[s] for s in symbols] for name, symbols in kernel.tape.inputs}
+    if LINK in words:  # one of them is 1
+        guards.append(" + ".join(words[LINK]))
     inputs = [
-        {"name": a.name, "entries": [] if a.plain else textwrap.wrap(entries[a.name], WIDTH)}
+        {"name": a.name, "entries": [] if a.plain else wrapped(words[a.name])}
         for a in kernel.inputs
     ]
     return {
@@ -85,9 +82,26 @@ def _described(kernel: Kernel, robot: Robot, library: Library) -> dict[str, Any]
         "inputs": inputs,
         "leading": [_leading(a) for a in kernel.inputs],
         "first": f"{kernel.inputs[0].name}[..., 0]",
-        "guards": textwrap.wrap(", ".join(guards), WIDTH),
-        "outputs": list(printer.outputs()),
+        "guards": wrapped(guards),
+        "outputs": [_distinct(output) for output in printer.outputs()],
         "lines": list(printer.lines()),
+    }
+
+
+def _distinct(output: dict[str, Any]) -> dict[str, Any]:
+    """Return an output with each entry once, and the places of its entries among these.
+
+    Regressors have many zeros, and a mass matrix has its entries twice.
+    """
+    entries = output["entries"]
+    distinct = list(dict.fromkeys(entries))
+    place = {entry: k for k, entry in enumerate(distinct)}
+    places = [str(place[entry]) for entry in entries]
+    repeated = len(distinct) < len(entries)
+    return {
+        **output,
+        "entries": wrapped(distinct),
+        "places": wrapped(places) if repeated else [],
     }
 
 

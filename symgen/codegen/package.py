@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from symgen.codegen.backends import Backend, Package, c, casadi, jax, mex, torch
+from symgen.codegen.backends import Backend, Package, c, casadi, cuda, jax, mex, torch
 from symgen.codegen.c_printer import DTYPES
 from symgen.codegen.definition import Subject
 from symgen.codegen.kernel import Kernel
@@ -30,7 +30,10 @@ from symgen.robot.toml_text import robot_toml
 from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"
-TARGETS: dict[str, Backend] = {"c": c, "casadi": casadi, "mex": mex, "jax": jax, "torch": torch}
+TARGETS: dict[str, Backend] = {
+    **{"c": c, "casadi": casadi, "mex": mex},
+    **{"jax": jax, "torch": torch, "cuda": cuda},
+}
 #: Targets of "all".
 ALL_TARGETS = ("c", "casadi", "mex")
 

@@ -15,8 +15,7 @@ from symgen.codegen.kernel import LINK, SCALARS, Kernel
 from symgen.robot.types import Robot
 from symgen.symbolic.tape import Steps, Symbols
 
-#: Characters of a line of lists.
-WIDTH = 88
+_WIDTH = 88
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ class PythonPrinter(Printer):
                 yield from self._selections(symbols)
         for symbol, value in tape.constants:
             yield f"{self.word[symbol]} = {literal(value.subs(self.values), self.dtype)}"
-        first = yield from self._turns() if self.vocabulary.turned else ()
+        first = yield from self._turns()
         done = {symbol for symbol, _ in first}
         for symbol, expr in tape.steps:
             if symbol not in done:
@@ -90,6 +89,8 @@ class PythonPrinter(Printer):
 
     def _turns(self) -> Generator[str, None, Steps]:
         """Yield the steps up to the angles, and the turn of all angles; return these steps."""
+        if not self.vocabulary.turned:
+            return ()
         self.turning: list[sp.Expr] = []
         first, _ = self.angles("")  # the second is text of C
         for symbol, expr in first:
@@ -116,16 +117,20 @@ class PythonPrinter(Printer):
         """Yield name, shape and entries of each output, for a template."""
         read = {a.name for a in self.kernel.inputs}
         for output, entries in self.kernel.split(self.tape.outputs):
-            text = ", ".join(self.expression(e) for e in entries)
             yield {
                 "name": f"{output.name}_out" if output.name in read else output.name,
                 "shape": output.shape,
                 "size": output.size,
-                "entries": textwrap.wrap(text, WIDTH),
+                "entries": [self.expression(e) for e in entries],
             }
+
+
+def wrapped(words: Sequence[str]) -> list[str]:
+    """Return the lines of a list."""
+    return textwrap.wrap(", ".join(words), _WIDTH)
 
 
 def docstring(kernel: Kernel) -> list[str]:
     """Return the description of a kernel as lines of a docstring."""
     text = kernel.doc.replace("\\", "/").replace('"""', "'''")
-    return textwrap.wrap(text, WIDTH)
+    return textwrap.wrap(text, _WIDTH)

@@ -1,17 +1,16 @@
 import jax.numpy as jnp
 
 
-def _joined(values, axis):
-    """Stack arrays. XLA computes each of them once.
+def _joined(values, axis, places=None):
+    """Stack arrays, and take the rows at these places. XLA computes each array once.
 
-    It fuses stacks of up to 8 arrays with all the steps before them, and repeats these steps for
+    XLA fuses stacks of up to 8 arrays with all the steps before them, and repeats these steps for
     each array. It does not fuse a larger stack, and a gather keeps it as it is.
     """
     count = len(values)
     rows = jnp.stack([*values, *values[:1] * (9 - count)], axis)
-    places = jnp.arange(count)
-    options = {"indices_are_sorted": True, "unique_indices": True, "mode": "clip"}
-    return jnp.take(rows, places, axis=axis, **options)
+    places = jnp.arange(count) if places is None else jnp.array(places)
+    return jnp.take(rows, places, axis=axis, mode="clip")
 
 
 def _turned(angles):

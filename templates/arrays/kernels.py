@@ -12,10 +12,10 @@ robot has no such link. Needs {{ library.needs }}.
 
 {% include library.file %}
 
-def _stacked(batch, zero, entries, shape):
-    """Return entries as an array of this shape, behind the leading axes."""
+def _stacked(batch, zero, entries, shape, places=None):
+    """Return an array of this shape, behind the leading axes, of the entries at these places."""
     entries = [{{ lib }}.broadcast_to(zero + e, batch) for e in entries]
-    return _joined(entries, -1).reshape(batch + shape)
+    return _joined(entries, -1, places).reshape(batch + shape)
 
 
 def _valid(batch, guards, out):
@@ -65,7 +65,14 @@ def {{ k.name }}({{ k.inputs | map(attribute="name") | join(", ") }}):
         {{ line }}
 {% endfor %}
     ]
-    {{ o.name }} = _stacked(batch, zero, {{ o.name }}, {{ o.shape }})
+{% if o.places %}
+    places = [
+{% for line in o.places %}
+        {{ line }}
+{% endfor %}
+    ]
+{% endif %}
+    {{ o.name }} = _stacked(batch, zero, {{ o.name }}, {{ o.shape }}{{ ", places" if o.places }})
 {% else %}
     {{ o.name }} = {{ lib }}.broadcast_to(zero[...{{ ", None" * (o.shape | length) }}], batch + {{ o.shape }})
 {% endif %}

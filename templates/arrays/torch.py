@@ -1,7 +1,10 @@
 import torch
 
 
-_joined = torch.stack
+def _joined(values, axis, places=None):
+    """Stack tensors, and take the rows at these places."""
+    rows = torch.stack(values, axis)
+    return rows if places is None else rows[..., places]
 
 
 def _turned(angles):

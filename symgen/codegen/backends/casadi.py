@@ -9,7 +9,7 @@ from typing import Any
 from symgen.codegen import example
 from symgen.codegen.backends import Package
 from symgen.codegen.kernel import Kernel
-from symgen.codegen.python_printer import PythonPrinter, Vocabulary, docstring
+from symgen.codegen.python_printer import PythonPrinter, Vocabulary, docstring, wrapped
 from symgen.files import rendered
 from symgen.robot.types import Robot
 
@@ -73,7 +73,9 @@ def _described(name: str, robot: Robot, kernel: Kernel) -> dict[str, Any]:
         shape, size = output["shape"], output["size"]
         width = shape[-1] if len(shape) > 1 and size else 0
         rows = size // width if width else 0
-        outputs.append({**output, "width": width, "rows": rows, "empty": not size})
+        entries = wrapped(output["entries"])
+        sizes = {"width": width, "rows": rows, "empty": not size}
+        outputs.append({**output, **sizes, "entries": entries})
     guards = [printer.expression(e) for e in printer.guards]
     if kernel.links:
         guards.append(f"(link >= 1) * (link <= {kernel.links}) * (link == ca.floor(link))")
