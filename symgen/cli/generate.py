@@ -64,7 +64,8 @@ def generate(
     check: Path | None,
     **options: Any,
 ) -> None:
-    """Derive the model of ROBOT and write it as a package of C, CasADi and MEX.
+    """Derive the model of ROBOT and write it as a package of C, CasADi and MEX; jax, torch and cuda
+    are targets by name.
 
     ROBOT is a robot.toml, a URDF, MJCF or .par file, a generated package, or the name of a
     built-in robot. With --check, the exit code is 0 where the package is equal, 1 where it is not.

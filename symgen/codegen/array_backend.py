@@ -50,9 +50,7 @@ def array_source(package: Package, library: Library, module: str) -> str:
     """
     robot = package.model.robot
     kernels = [_described(kernel, robot, library) for kernel in package.kernels]
-    return package.render(
-        "arrays/kernels.py", module=module, kernels=kernels, library=library
-    )
+    return package.render("arrays/kernels.py", module=module, kernels=kernels, library=library)
 
 
 def _described(kernel: Kernel, robot: Robot, library: Library) -> dict[str, Any]:

@@ -61,7 +61,7 @@ def generate(
 
     Args:
         model: a model of `derive`.
-        target: "c", "casadi", "mex" (with its C), or "all".
+        target: a name of `TARGETS`; "mex" and "cuda" come with the C. "all" is c, casadi and mex.
         dtype: "double" or "float", for the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
             energy_regressor (and with friction_power if the robot has friction), NAME_payload.h

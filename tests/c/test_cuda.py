@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import random
-import re
 import shutil
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
+from nvcc import ARCHITECTURES, compiled, nvcc
 from packages import LEANING, RICH, c_files, run
 from support import parsed
 
@@ -22,8 +20,14 @@ FEW = ("inverse_dynamics", "forward_dynamics", "torque_regressor", "link_jacobia
 #: Of the same text: without contraction each operation is rounded by itself.
 FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=off")
 N = 37
-#: Of GPUs from 2020, 2022 and 2025.
-ARCHITECTURES = ("sm_80", "sm_90", "sm_120")
+#: Kernels of a Panda whose values do not fit the registers.
+SPILLING = {
+    "float": {"forward_dynamics_derivatives"},
+    "double": {
+        "forward_dynamics_derivatives", "inverse_dynamics_derivatives",
+        "coriolis", "momentum_regressor",
+    },
+}  # fmt: skip
 NO_GXX = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ on this machine")
 
 
@@ -111,15 +115,6 @@ def test_as_cxx_it_is_the_c_bit_for_bit(
                 assert a.T.tobytes() == b.tobytes(), kernel.name
 
 
-def nvcc() -> str | None:
-    """nvcc of the machine, or of its packages of PyPI."""
-    spec = find_spec("nvidia")
-    for folder in spec.submodule_search_locations or () if spec else ():
-        for path in sorted(Path(folder).glob("*/bin/nvcc")):
-            return str(path)
-    return shutil.which("nvcc")
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(nvcc() is None, reason="no nvcc (pip install nvidia-cuda-nvcc)")
 @pytest.mark.parametrize("dtype", ["double", "float"])
@@ -131,29 +126,5 @@ def test_nvcc_compiles_it_and_what_spills_is_known(dtype: str, tmp_path: Path) -
         for kernel, (registers, spills) in found.items():
             print(f"{dtype} {architecture} {kernel}: {registers} registers, {spills} bytes")
         spilling = {kernel.split()[0] for kernel, (_, spills) in found.items() if spills}
-        derivatives = {"inverse_dynamics_derivatives", "forward_dynamics_derivatives"}
-        assert spilling <= derivatives | ({"coriolis", "momentum_regressor"} if dtype == "double" else set())
+        assert spilling <= SPILLING[dtype]
         assert len(found) > 20
-
-
-def compiled(source: Path, architecture: str) -> dict[str, tuple[int, int]]:
-    """Compile for an architecture; return registers and bytes of spills, by kernel."""
-    compiler = str(nvcc())
-    done = __import__("subprocess").run(
-        [compiler, "-O3", "-std=c++17", f"-arch={architecture}", "-Xptxas", "-v", "-c", source,
-         "-o", os.devnull],
-        cwd=source.parent, capture_output=True, text=True,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    parts = re.split(r"Compiling entry function '", done.stderr)[1:]
-    found = {}
-    for part in parts:
-        name = re.match(r"_ZN\d+\w+?_cuda\d+(\w+?)_states", part)
-        way = " of each state" if "4EachE" in part.split("'")[0] else ""
-        registers = re.search(r"Used (\d+) registers", part)
-        stores = re.search(r"(\d+) bytes spill stores", part)
-        assert name
-        assert registers
-        assert stores
-        found[name[1] + way] = (int(registers[1]), int(stores[1]))
-    return found

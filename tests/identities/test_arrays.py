@@ -47,9 +47,7 @@ linear = { A = "N m/rad", B = "N m" }
 """
 LOADED = EFFECTS + '[[effect]]\nname = "load_dependent_friction"\njoints = [1, 2]\n'
 TEXTS = {"rich": RICH, "leaning": LEANING, "effects": EFFECTS, "loaded": LOADED}
-LIBRARY = (
-    "emps lwr4 panda planar2r puma560 rx90 scara sr400 stanford twin tx40 ur10e wam7".split()
-)
+LIBRARY = "emps lwr4 panda planar2r puma560 rx90 scara sr400 stanford twin tx40 ur10e wam7".split()
 ROBOTS = [*LIBRARY, *TEXTS, "imu", "follows", "named", "tree"]
 CASES = [("jax", "planar2r", ("inverse_dynamics", "torque_regressor"))]
 LATE = [(library, robot, tuple(KERNELS)) for robot in ROBOTS for library in ("jax", "torch")]
@@ -106,13 +104,12 @@ def called(
     source = folder / f"{tree.name}_{library}.py"
     source.write_bytes(tree.files[source.name])
     flat = {f"{k}/{a}": value for k, named in inputs.items() for a, value in named.items()}
-    np.savez(folder / "in.npz", **flat)
-    done = subprocess.run(
-        [sys.executable, PROJECT / "tests/arrays.py", source, folder / "in.npz", folder / "out.npz"],
-        capture_output=True, text=True,
-    )  # fmt: skip
+    read, written = folder / "in.npz", folder / "out.npz"
+    np.savez(read, **flat)
+    command = [sys.executable, PROJECT / "tests/arrays.py", source, read, written]
+    done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    with np.load(folder / "out.npz") as arrays:
+    with np.load(written) as arrays:
         return {name: arrays[name] for name in arrays}
 
 
