@@ -12,8 +12,8 @@ from symgen.robot.types import Robot
 
 #: Names of the template in every function.
 _LOCAL = (
-    *("batch", "zero", "guards", "cosines", "sines"),
-    *("_stacked", "_valid", "_positive", "_turned"),
+    *("batch", "zero", "guards", "cosines", "sines", "kept", "places"),
+    *("_stacked", "_valid", "_positive", "_turned", "_kept"),
 )
 
 
@@ -29,6 +29,7 @@ class Library:
         convert: its function that turns an argument into an array.
         unpack: text of the entries of {array} along its last axis.
         transforms: one sentence on what its transformations do with the functions.
+        kept: the word of `Vocabulary`.
     """
 
     title: str
@@ -38,6 +39,7 @@ class Library:
     convert: str
     unpack: str
     transforms: str
+    kept: str = ""
 
 
 def array_source(package: Package, library: Library, module: str) -> str:
@@ -62,6 +64,7 @@ def _described(kernel: Kernel, robot: Robot, library: Library) -> dict[str, Any]
         selected="(link == {number}) * (zero + 1.0)",
         inverse="1.0 / _positive({value})",
         turned="_turned([{angles}])",
+        kept=library.kept,
         taken=_LOCAL,
     )
     printer = PythonPrinter(kernel, robot, vocabulary)

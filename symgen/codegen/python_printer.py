@@ -16,6 +16,8 @@ from symgen.robot.types import Robot
 from symgen.symbolic.tape import Steps, Symbols
 
 _WIDTH = 88
+#: Largest number of steps between two cuts.
+_LONGEST = 400
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,8 @@ class Vocabulary:
         inverse: text of the inverse of {value}, a number that a guard requires to be positive.
         turned: text of the cosines and sines of {angles}, as two lists; "" if steps call cos and
             sin one by one.
+        kept: text of the arrays of the list `kept`, which the compiler of the library computes
+            before what follows; "" if it needs no such cuts.
         taken: further names that the text uses; steps must not have them.
     """
 
@@ -40,6 +44,7 @@ class Vocabulary:
     selected: str
     inverse: str
     turned: str = ""
+    kept: str = ""
     taken: tuple[str, ...] = ()
 
 
@@ -83,9 +88,34 @@ class PythonPrinter(Printer):
             yield f"{self.word[symbol]} = {literal(value.subs(self.values), self.dtype)}"
         first = yield from self._turns()
         done = {symbol for symbol, _ in first}
-        for symbol, expr in tape.steps:
-            if symbol not in done:
-                yield self.step(symbol, expr)
+        steps = tuple(step for step in tape.steps if step[0] not in done)
+        cuts = self._cuts(steps) if self.vocabulary.kept else {}
+        for at, (symbol, expr) in enumerate(steps):
+            yield self.step(symbol, expr)
+            if cuts.get(at):
+                values = wrapped([self.word[s] for s in cuts[at]])
+                yield from ("kept = [", *(f"    {line}" for line in values), "]")
+                yield from ("[", *(f"    {line}" for line in values), f"] = {self.vocabulary.kept}")
+
+    def _cuts(self, steps: Steps) -> dict[int, list[sp.Symbol]]:
+        """Return cuts of a long tape: the step before each, and the values that cross it.
+
+        A cut stands where the fewest values cross, at most _LONGEST steps after the one before.
+        """
+        last: dict[sp.Symbol, int] = {}
+        for at, (_, expr) in enumerate(steps):
+            last |= dict.fromkeys(expr.free_symbols, at)
+        for output in self.tape.outputs:
+            last |= dict.fromkeys(output.free_symbols, len(steps))
+        computed = [(at, s) for at, (s, expr) in enumerate(steps) if expr not in self.word]
+        cuts: dict[int, list[sp.Symbol]] = {}
+        begin = 0
+        while len(steps) - begin > _LONGEST:
+            places = range(begin + _LONGEST // 3, begin + _LONGEST)
+            crossing = {at: [s for k, s in computed if k <= at < last[s]] for at in places}
+            begin = min(places, key=lambda at: len(crossing[at]))
+            cuts[begin] = crossing[begin]
+        return cuts
 
     def _turns(self) -> Generator[str, None, Steps]:
         """Yield the steps up to the angles, and the turn of all angles; return these steps."""

@@ -20,3 +20,9 @@ def _turned(angles):
     found = jnp.unstack(rows, axis=0)
     return found[: len(angles)], found[len(angles) :]
 
+
+def _kept(values):
+    """Return arrays that XLA computes before what follows: it repeats steps in long fusions."""
+    rows = _joined(jnp.broadcast_arrays(*values), 0)
+    return jnp.unstack(rows, axis=0)
+

@@ -13,6 +13,7 @@ _LIBRARY = Library(
     name="jnp",
     convert="asarray",
     unpack="jnp.unstack({array}, axis=-1)",
+    kept="_kept(kept)",
     transforms="jit, vmap and grad apply to the functions, also by X.",
 )
 
