@@ -31,8 +31,12 @@ from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"
 TARGETS: dict[str, Backend] = {
-    **{"c": c, "casadi": casadi, "mex": mex},
-    **{"jax": jax, "torch": torch, "cuda": cuda},
+    "c": c,
+    "casadi": casadi,
+    "mex": mex,
+    "jax": jax,
+    "torch": torch,
+    "cuda": cuda,
 }
 #: Targets of "all".
 ALL_TARGETS = ("c", "casadi", "mex")

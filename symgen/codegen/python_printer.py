@@ -13,7 +13,7 @@ import sympy as sp
 from symgen.codegen.c_printer import Printer, literal
 from symgen.codegen.kernel import LINK, SCALARS, Kernel
 from symgen.robot.types import Robot
-from symgen.symbolic.tape import Steps, Symbols
+from symgen.symbolic.tape import Steps
 
 _WIDTH = 88
 #: Largest number of steps between two cuts.
@@ -56,15 +56,13 @@ class PythonPrinter(Printer):
         self.vocabulary = vocabulary
         self.guards = kernel.tape.outputs[kernel.size :]
         taken = {vocabulary.library, *vocabulary.taken, *keyword.kwlist}
-        given = {name for name, _ in kernel.tape.inputs}
-        if not vocabulary.indexed:
-            for name, symbols in kernel.tape.inputs:
-                if name not in SCALARS:
-                    self.word |= {s: s.name for s in symbols}
+        for name, symbols in kernel.tape.inputs:
+            assert name not in taken
+            if not vocabulary.indexed and name not in SCALARS:
+                self.word |= {s: s.name for s in symbols}
         for symbol, word in self.word.items():
             if word in taken:
                 self.word[symbol] = f"{word}__"
-        assert not given & taken
 
     def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
         return f"{self.word[symbol]} = {self.expression(expr)}"
@@ -82,8 +80,9 @@ class PythonPrinter(Printer):
         """Yield the statements between the inputs and the outputs."""
         tape = self.tape
         for name, symbols in tape.inputs:
-            if name == LINK:
-                yield from self._selections(symbols)
+            for number, symbol in enumerate(symbols if name == LINK else (), 1):
+                selected = self.vocabulary.selected.format(number=number)
+                yield f"{self.word[symbol]} = {selected}"
         for symbol, value in tape.constants:
             yield f"{self.word[symbol]} = {literal(value.subs(self.values), self.dtype)}"
         first = yield from self._turns()
@@ -94,8 +93,7 @@ class PythonPrinter(Printer):
             yield self.step(symbol, expr)
             if cuts.get(at):
                 values = wrapped([self.word[s] for s in cuts[at]])
-                yield from ("kept = [", *(f"    {line}" for line in values), "]")
-                yield from ("[", *(f"    {line}" for line in values), f"] = {self.vocabulary.kept}")
+                yield from ("kept = [", *values, "]", "[", *values, f"] = {self.vocabulary.kept}")
 
     def _cuts(self, steps: Steps) -> dict[int, list[sp.Symbol]]:
         """Return cuts of a long tape: the step before each, and the values that cross it.
@@ -103,17 +101,16 @@ class PythonPrinter(Printer):
         A cut stands where the fewest values cross, at most _LONGEST steps after the one before.
         """
         last: dict[sp.Symbol, int] = {}
-        for at, (_, expr) in enumerate(steps):
+        for at, expr in enumerate([*(expr for _, expr in steps), *self.tape.outputs]):
             last |= dict.fromkeys(expr.free_symbols, at)
-        for output in self.tape.outputs:
-            last |= dict.fromkeys(output.free_symbols, len(steps))
-        computed = [(at, s) for at, (s, expr) in enumerate(steps) if expr not in self.word]
         cuts: dict[int, list[sp.Symbol]] = {}
         begin = 0
         while len(steps) - begin > _LONGEST:
-            places = range(begin + _LONGEST // 3, begin + _LONGEST)
-            crossing = {at: [s for k, s in computed if k <= at < last[s]] for at in places}
-            begin = min(places, key=lambda at: len(crossing[at]))
+            crossing: dict[int, list[sp.Symbol]] = {}
+            for at in range(begin + _LONGEST // 3, begin + _LONGEST, 20):
+                crossing[at] = [s for s, expr in steps[: at + 1]
+                                if last[s] > at and expr not in self.word]  # fmt: skip
+            begin = min(crossing, key=lambda at: len(crossing[at]))
             cuts[begin] = crossing[begin]
         return cuts
 
@@ -125,8 +122,8 @@ class PythonPrinter(Printer):
         first, _ = self.angles("")  # the second is text of C
         for symbol, expr in first:
             yield self.step(symbol, expr)
-        angles = ", ".join(self.expression(a) for a in self.turning)
-        if angles:
+        if self.turning:
+            angles = ", ".join(map(self.expression, self.turning))
             yield f"cosines, sines = {self.vocabulary.turned.format(angles=angles)}"
         return first
 
@@ -139,19 +136,15 @@ class PythonPrinter(Printer):
         self.turning += angles
         return iter(())
 
-    def _selections(self, links: Symbols) -> Iterator[str]:
-        for number, symbol in enumerate(links, 1):
-            yield f"{self.word[symbol]} = {self.vocabulary.selected.format(number=number)}"
-
     def outputs(self) -> Iterator[dict[str, Any]]:
         """Yield name, shape and entries of each output, for a template."""
-        read = {a.name for a in self.kernel.inputs}
+        read = [a.name for a in self.kernel.inputs]
         for output, entries in self.kernel.split(self.tape.outputs):
             yield {
-                "name": f"{output.name}_out" if output.name in read else output.name,
+                "name": output.name + "_out" * (output.name in read),
                 "shape": output.shape,
                 "size": output.size,
-                "entries": [self.expression(e) for e in entries],
+                "entries": list(map(self.expression, entries)),
             }
 
 

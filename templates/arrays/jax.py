@@ -1,3 +1,9 @@
+{% set title = "JAX" %}
+{% set needs = "jax, and nothing else" %}
+{% set transforms = "jit, vmap and grad apply to the functions, also by X." %}
+{% set array = "jnp.asarray" %}
+{% macro entries(name) %}jnp.unstack({{ name }}, axis=-1){% endmacro %}
+{% macro head() %}
 import jax.numpy as jnp
 
 
@@ -25,4 +31,4 @@ def _kept(values):
     """Return arrays that XLA computes before what follows: it repeats steps in long fusions."""
     rows = _joined(jnp.broadcast_arrays(*values), 0)
     return jnp.unstack(rows, axis=0)
-
+{% endmacro %}

@@ -1,3 +1,9 @@
+{% set title = "PyTorch" %}
+{% set needs = "torch, and nothing else" %}
+{% set transforms = "Gradients and torch.func apply to the functions, also by X." %}
+{% set array = "torch.as_tensor" %}
+{% macro entries(name) %}torch.unbind({{ name }}, -1){% endmacro %}
+{% macro head() %}
 import torch
 
 
@@ -11,4 +17,4 @@ def _turned(angles):
     """Return the cosines and the sines of angles."""
     rows = torch.stack(torch.broadcast_tensors(*angles))
     return torch.unbind(torch.cos(rows)), torch.unbind(torch.sin(rows))
-
+{% endmacro %}

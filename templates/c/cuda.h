@@ -17,11 +17,11 @@
 extern "C" {
 #endif
 {% for k in kernels %}
+{% set each = k.arguments | selectattr("name", "equalto", "X") | list %}
+{% set end = ";" %}
 
 /* {{ k.doc | join("\n * ") }} */
-{% for line in k.prototype %}
-{{ line }}{{ ";" if loop.last }}
-{% endfor %}
+{% include "cuda_prototype.c" %}
 {% endfor %}
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-{{ k.qualifiers }} {{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
+{{ qualifiers }} {{ k.returns }} {{ name }}_{{ k.name }}({{ parameters }})
 {
 {% if k.links %}
     int status = {{ name }}_NO_SUCH_LINK;

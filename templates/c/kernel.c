@@ -13,5 +13,7 @@
 #include <math.h>
 {% endif %}
 
+{% set qualifiers = name ~ "_IN_SECTION" %}
+{% set parameters = k.parameters %}
 {% include "function.c" %}
 {% include "batch.c" %}

@@ -207,7 +207,6 @@ def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, An
     operations = [f"{count} {kind}" for kind, count in counts.items() if count]
     return {
         "name": kernel.name,
-        "qualifiers": f"{name}_IN_SECTION",
         "doc": _wrapped(kernel.doc, _LINE - 4),
         "shapes": shapes,
         "returns": "int" if kernel.fallible else "void",

@@ -68,14 +68,6 @@ def function_name(name: str, kernel: str) -> str:
 def _described(name: str, robot: Robot, kernel: Kernel) -> dict[str, Any]:
     """Return the data of a kernel for the template."""
     printer = PythonPrinter(kernel, robot, _VOCABULARY)
-    outputs = []
-    for output in printer.outputs():
-        shape, size = output["shape"], output["size"]
-        width = shape[-1] if len(shape) > 1 and size else 0
-        rows = size // width if width else 0
-        entries = wrapped(output["entries"])
-        sizes = {"width": width, "rows": rows, "empty": not size}
-        outputs.append({**output, **sizes, "entries": entries})
     guards = [printer.expression(e) for e in printer.guards]
     if kernel.links:
         guards.append(f"(link >= 1) * (link <= {kernel.links}) * (link == ca.floor(link))")
@@ -84,7 +76,7 @@ def _described(name: str, robot: Robot, kernel: Kernel) -> dict[str, Any]:
         "doc": docstring(kernel),
         "function": function_name(name, kernel.name),
         "inputs": [(a.name, 1 if a.plain else a.size) for a in kernel.inputs],
-        "outputs": outputs,
+        "outputs": [{**o, "entries": wrapped(o["entries"])} for o in printer.outputs()],
         "guards": guards,
         "lines": list(printer.lines()),
     }
