@@ -22,9 +22,9 @@ from inserts import table
 DOCS = Path(__file__).resolve().parent
 PROJECT = DOCS.parent
 BENCHMARKS, STUDIES = PROJECT / "tests" / "benchmarks", PROJECT / "tests" / "studies"
-SPEED, GROWTH, MILLION, COMMANDS, EXPORT, IDENTIFIER, FIRMWARE = (
+SPEED, GROWTH, MILLION, COMMANDS, EXPORT, IDENTIFIER, FIRMWARE, GPU = (
     BENCHMARKS / f"{name}.json"
-    for name in ("speed", "growth", "million", "commands", "export", "identifier", "firmware")
+    for name in "speed growth million commands export identifier firmware gpu".split()
 )
 INTERVALS, SPOILED, TAKEN_OUT = (
     STUDIES / f"{name}.json" for name in ("intervals", "spoiled", "taken_out")
@@ -172,6 +172,31 @@ def growth() -> str:
     times = ("derive, s", "generate, s", "compile, s", "one call, ns")
     head = ("kernel", "joints", "statements", *times)
     return dated(table(head, rows), GROWTH)
+
+
+def gpu_registers() -> str:
+    """Return registers of a thread and bytes of spills of NAME.cu, one X for all states."""
+    measured = figures(GPU)
+    rows = []
+    for kernel in measured["kernels"]:
+        cells = (measured["compiled"][way][kernel] for way in measured["compiled"])
+        shown = (f"{used}, spills {spills:,}" if spills else str(used) for used, spills in cells)
+        rows.append((f"`{kernel}`", *shown))
+    return dated(table(("kernel", *measured["compiled"]), rows), GPU)
+
+
+def gpu_rates() -> str:
+    """Return evaluations a second on a GPU, warm and without transfers."""
+    found = figures(GPU)["rates"]
+    if not found:
+        return "Not measured: no GPU was available."
+    rows = (
+        (row["tool"], row["kernel"], row["dtype"], f"{row['N']:,}", f"{row['rate']:.2g}",
+         f"{row['GB_s']:.0f}")
+        for row in found
+    )  # fmt: skip
+    head = ("tool", "kernel", "type", "N", "evaluations a second", "GB a second")
+    return dated(table(head, rows), GPU)
 
 
 def million() -> str:

@@ -85,7 +85,8 @@ def generate(
     target: str,
     **options: Any,
 ) -> None:
-    """Derive the model of ROBOT and write it as a package of C, CasADi and MEX.
+    """Derive the model of ROBOT and write it as a package of C, CasADi and MEX; jax, torch and cuda
+    are targets by name.
 
     Other targets are written only by name, with the C that they need. ROBOT is a robot.toml, a
     URDF, MJCF or .par file, a generated package, or the name of a built-in robot. With --check, the

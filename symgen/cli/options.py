@@ -120,7 +120,19 @@ EXACT = click.option(
 #: Words of options. They are typed here because their tables take half a second to import; a test
 #: compares both.
 MODELS = ("energy", "momentum", "torque")
-TARGETS = ("c", "casadi", "mex", "all", "ros2", "firmware", "rust", "simulink")
+TARGETS = (
+    "c",
+    "casadi",
+    "mex",
+    "all",
+    "ros2",
+    "firmware",
+    "rust",
+    "simulink",
+    "jax",
+    "torch",
+    "cuda",
+)
 DTYPES = ("double", "float")
 FORMATS = ("csv", "ros", "urscript")
 METHODS = ("auto", "wls", "ols", "huber", "tls", "iv", "consistent", "recursive")

@@ -13,7 +13,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from symgen.codegen.backends import Backend, Package, c, casadi, firmware, mex, ros2, rust, simulink
+from symgen.codegen.backends import (
+    Backend,
+    Package,
+    c,
+    casadi,
+    cuda,
+    firmware,
+    jax,
+    mex,
+    ros2,
+    rust,
+    simulink,
+    torch,
+)
 from symgen.codegen.c_printer import DTYPES
 from symgen.codegen.definition import Subject
 from symgen.codegen.kernel import Kernel
@@ -40,6 +53,9 @@ TARGETS: dict[str, Backend] = {
     "firmware": firmware,
     "rust": rust,
     "simulink": simulink,
+    "jax": jax,
+    "torch": torch,
+    "cuda": cuda,
 }
 #: The targets of "all". Other targets are written only by name.
 ALL_TARGETS = ("c", "casadi", "mex")
@@ -73,7 +89,7 @@ def generate(
 
     Args:
         model: a model of `derive`.
-        target: "c", "casadi", "mex" (with its C), or "all" of these; or a name in `TARGETS`.
+        target: a name of `TARGETS`, with the files that it needs; "all" is c, casadi and mex.
         dtype: "double" or "float", for the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
             energy_regressor (and with friction_power if the robot has friction), NAME_payload.h

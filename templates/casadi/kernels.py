@@ -23,7 +23,7 @@ def {{ k.name }}():
     {{ line }}
 {% endfor %}
 {% for o in k.outputs %}
-{% if o.empty %}
+{% if not o.size %}
     {{ o.name }} = ca.SX(0, 1)
 {% else %}
     {{ o.name }} = ca.vertcat(
@@ -32,8 +32,8 @@ def {{ k.name }}():
 {% endfor %}
     )
 {% endif %}
-{% if o.width %}
-    {{ o.name }} = ca.reshape({{ o.name }}, {{ o.width }}, {{ o.rows }}).T
+{% if o.size and o.shape | length > 1 %}
+    {{ o.name }} = ca.reshape({{ o.name }}, {{ o.shape[-1] }}, {{ o.size // o.shape[-1] }}).T
 {% endif %}
 {% endfor %}
 {% if k.guards %}

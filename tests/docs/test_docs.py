@@ -363,7 +363,7 @@ def test_links_of_the_readme_lead_somewhere() -> None:
 
 
 def test_install_and_test_commands_are_those_of_ci() -> None:
-    ci = (PROJECT / ".ci" / "run").read_text("utf-8").replace("[test,docs]", "[test]")
+    ci = (PROJECT / ".ci" / "run").read_text("utf-8").replace("[test,docs,jax]", "[test]")
     readme = (PROJECT / "README.md").read_text("utf-8")
     start, test = (b.code.strip() for b in blocks(PROJECT / "README.md") if ".venv" in b.code)
     assert test in ci

@@ -95,7 +95,7 @@ def functions(
 def library_files(package: Package, *, panels: bool = True, runtime: bool = True) -> dict[str, str]:
     """Return the sources and headers of the functions, and optionally of the runtime."""
     name, robot = package.name, package.model.robot
-    kernels = [_described(package, k, panels and panelled(k)) for k in package.kernels]
+    kernels = [described(package, k, panels and panelled(k)) for k in package.kernels]
     out = {f"{name}.h": _header(package, kernels)}
     for k in kernels:
         out[f"{name}_{k['name']}.c"] = package.render("c/kernel.c", k=k)
@@ -194,7 +194,7 @@ def _frames(package: Package) -> list[dict[str, Any]]:
     return out
 
 
-def _described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, Any]:
+def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, Any]:
     """Return the data of a kernel for the templates."""
     name, dtype, robot = package.name, package.dtype, package.model.robot
     macros = {real_symbol(g): f"{name}_geometry_{g}" for g, _ in robot.geometry}
