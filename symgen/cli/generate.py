@@ -20,13 +20,16 @@ from symgen.names import LICENSE, MAINTAINER
 from symgen.report.terminal import say, table
 
 #: The command that uses the files of a target, with the folder and the name of the package.
-_NEXT = {
+NEXT = {
     "c": "cmake -S {folder} -B {folder}-build && cmake --build {folder}-build",
     "casadi": "python {folder}/{name}_casadi.py --save {folder}",
     "mex": 'octave --eval "cd {folder}/mex; {name}_build"',
     "ros2": "colcon build --base-paths {folder}",
     "firmware": "pio pkg pack {folder}",
     "rust": "cargo build --manifest-path {folder}/Cargo.toml",
+    "jax": 'PYTHONPATH={folder} python -c "import {name}_jax as model; help(model)"',
+    "torch": 'PYTHONPATH={folder} python -c "import {name}_torch as model; help(model)"',
+    "cuda": "nvcc -O3 -arch=native -c {folder}/{name}.cu -o {name}.o",
     "simulink": 'matlab -batch "cd {folder}; {name}_simulink"',
 }
 #: Approximate share of the time for derivation; proof and writing take the rest.
@@ -157,6 +160,6 @@ def generate(
     for line in lines:
         click.echo(line)
     say(f"written: {folder} ({len(files)} files)")
-    used = _NEXT[target if target != "all" else "c"]
+    used = NEXT[target if target != "all" else "c"]
     package = prefix or default_prefix(name, dtype)
     say(f"next: {used.format(folder=shlex.quote(str(folder)), name=package)}")

@@ -166,7 +166,7 @@ MOVING = '[robot]\nname = "m"\nbase = "imu"\n[[joint]]\n[[joint]]\nalpha = "pi/2
     ("text", "kernels", "expected"),
     [
         (PASSIVE, None, "joint 2 of p has no drive"),
-        (MOVING, None, "the base of m has an IMU"),
+        (MOVING, None, "the base of m moves"),
         (LEANING, ("inverse_dynamics",), "without the kernels mass_matrix, gravity_torque"),
     ],
 )

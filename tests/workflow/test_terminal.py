@@ -16,6 +16,7 @@ from support import PROJECT
 from support_commands import in_terminal
 
 from symgen.cli import options, progress
+from symgen.cli.generate import NEXT
 from symgen.codegen import c_printer, package
 from symgen.estimation.equation_model import NEEDED
 from symgen.experiment import plan
@@ -63,6 +64,7 @@ def test_options_offer_the_words_of_the_tables() -> None:
     }
     for offered, accepted in tables.items():
         assert set(offered) == set(accepted)
+    assert set(NEXT) == set(package.TARGETS)
 
 
 def test_a_bar_comes_after_two_seconds_on_a_terminal_and_never_in_a_file(monkeypatch) -> None:

@@ -144,7 +144,7 @@ def _require(package: Package) -> None:
             f"target ros2 without the kernels {', '.join(missing)}; accepted: --kernels all"
         )
     if robot.imu:
-        raise PackageError(f"target ros2: the base of {robot.name} has an IMU; accepted: fixed")
+        raise PackageError(f"target ros2: the base of {robot.name} moves; accepted: a fixed base")
     passive = [j.name or f"{j.number}" for j in robot.movable if not j.actuated]
     if passive:
         raise PackageError(
