@@ -83,7 +83,7 @@ def test_a_model_without_kernels_is_no_package():
      ["study", "planar2r", "--runs", "0"], ["study", "planar2r", "--runs", "many"],
      ["generate", "planar2r", "emps"], ["generate", "nothing"],
      ["generate", ""], ["generate", "a" * 5000],
-     ["generate", "planar2r", "--target", "rust", "--into", "x"],
+     ["generate", "planar2r", "--target", "fortran", "--into", "x"],
      ["generate", "planar2r", "--dtype", "half", "--into", "x"],
      ["generate", "planar2r", "--kernels", "nothing", "--into", "x"],
      ["generate", "planar2r", "--kernels", ",", "--into", "x"]],

@@ -198,7 +198,9 @@ def test_the_estimate_is_printed_again(run, logs, tmp_path) -> None:
     assert first[0] == again[0] == 0
     assert "\x1b" not in again[1]
     assert again[1] == "".join(
-        line for line in first[1].splitlines(keepends=True) if not line.startswith("written")
+        line
+        for line in first[1].splitlines(keepends=True)
+        if not line.startswith(("written", "next"))
     )
     content = json.loads((into / "estimate.json").read_text())
     content.update(verdict="doubtful", reasons=[{"kind": "error", "text": "because"}], headline="")
