@@ -35,6 +35,8 @@ def results(module: Any, inputs: dict[str, dict[str, Any]]) -> Iterator[tuple[st
         if kernel in SLOPES:
             mapped = jit(vmap(function, axes))
             yield from _outputs(f"{kernel}/mapped", mapped(*arguments))
+            if isinstance(mapped(*arguments), tuple):
+                continue
             slope = jacobian(function, tuple(range(len(names))))
             slopes = jit(vmap(slope, axes))(*arguments)
             yield from ((f"{kernel}/slopes/{n}", s) for n, s in zip(names, slopes, strict=True))

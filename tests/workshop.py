@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from random import Random
 
 import numpy as np
 from documented import DOCS, blocks
@@ -14,7 +13,6 @@ from support import PROJECT
 from support_commands import URDF
 
 import symgen
-from symgen.codegen.verification import physical_parameters
 from symgen.experiment.reference import fourier
 
 VALUES = {"ZZ1R": 1.9, "MX1R": 2.9, "MY1": 0.04, "FS1": 1.5, "FV1": 0.9, "ZZ2": 0.3, "MX2": 0.75,
@@ -85,10 +83,7 @@ def furnish(folder: Path) -> None:
     columns = "t,q1,q2,q3,q4,q5,q6,wfx,wfy,wfz,wnx,wny,wnz"
     _write(folder / "tool.csv", columns, np.column_stack([*log.values()]))
     (folder / "panda.urdf").write_text(gripper_arm.urdf())
-    panda = symgen.derive("panda")
-    truth = zip(panda.base.names, physical_parameters(panda, Random(7)), strict=True)
-    lines = "".join(f"{name} = {value:.6f}\n" for name, value in truth)
-    (folder / "panda_true.toml").write_text(f"[parameters]\n{lines}")
+    (folder / "panda_true.toml").write_text((DOCS / "files" / "panda_true.toml").read_text())
     (folder / "ur5.urdf").write_text(URDF)
     (folder / "rx90.par").write_text(_par())
     (folder / "scene").mkdir()

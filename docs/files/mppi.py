@@ -15,6 +15,7 @@ NOISE, TEMPERATURE = 2.0, 0.02  # N m; of the cost
 GOAL = jnp.array([0.4, 0.3, -0.3, -1.6, 0.2, 1.9, 0.3])
 
 
+@jax.jit
 def moved(state, tau):
     """Return the state after a step."""
     q, qd = state
@@ -42,6 +43,7 @@ state = GOAL + 0.3, jnp.zeros(7)
 held = inverse_dynamics(state[0], 0 * GOAL, 0 * GOAL, X)
 torques = jnp.tile(held, (STEPS, 1))
 planned(jax.random.key(0), state, torques).block_until_ready()  # compile
+moved(state, torques[0])
 begun = time.perf_counter()
 for key in jax.random.split(jax.random.key(1), 150):
     torques = planned(key, state, torques)

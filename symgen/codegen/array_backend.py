@@ -9,7 +9,7 @@ from symgen.codegen.kernel import LINK, Kernel
 from symgen.codegen.python_printer import PythonPrinter, Vocabulary, docstring, wrapped
 
 #: Names of the template in every function.
-_LOCAL = ("leading", "batch", "zero", "guards", "cosines", "sines", "kept", "places")
+_LOCAL = ("leading", "batch", "zero", "guards", "cosines", "sines", "kept", "places", "tuple")
 
 
 def array_files(package: Package, library: str, name: str, kept: str = "") -> dict[str, str]:
@@ -27,6 +27,7 @@ def array_files(package: Package, library: str, name: str, kept: str = "") -> di
         indexed=False,
         selected="(link == {number}) * (zero + 1.0)",
         inverse="1.0 / _positive({value})",
+        logarithm="_log({value})",
         turned="_turned([{angles}])",
         kept=kept,
         taken=_LOCAL,
@@ -47,6 +48,7 @@ def _described(kernel: Kernel, printer: PythonPrinter) -> dict[str, Any]:
         "name": kernel.name,
         "doc": docstring(kernel),
         "inputs": kernel.inputs,
+        "sized": next(a.name for a in kernel.inputs if not a.plain),
         "entries": {name: wrapped(entries) for name, entries in words.items()},
         "guards": wrapped(guards),
         "outputs": [_distinct(output) for output in printer.outputs()],

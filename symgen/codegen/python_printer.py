@@ -31,6 +31,7 @@ class Vocabulary:
             that it has on the tape.
         selected: text that is 1 if the input `link` is {number}, otherwise 0.
         inverse: text of the inverse of {value}, a number that a guard requires to be positive.
+        logarithm: text of the logarithm of {value}, which may be 0.
         turned: text of the cosines and sines of {angles}, as two lists; "" if steps call cos and
             sin one by one.
         kept: text of the arrays of the list `kept`, which the compiler of the library computes
@@ -43,6 +44,7 @@ class Vocabulary:
     indexed: bool
     selected: str
     inverse: str
+    logarithm: str
     turned: str = ""
     kept: str = ""
     taken: tuple[str, ...] = ()
@@ -73,8 +75,11 @@ class PythonPrinter(Printer):
         return super().expression(expr)
 
     def called(self, name: str, argument: sp.Expr) -> str:
+        value = self.expression(argument)
+        if name == "log":
+            return self.vocabulary.logarithm.format(value=value)
         function = self.vocabulary.absolute if name == "fabs" else name
-        return f"{self.vocabulary.library}.{function}({self.expression(argument)})"
+        return f"{self.vocabulary.library}.{function}({value})"
 
     def lines(self) -> Iterator[str]:
         """Yield the statements between the inputs and the outputs."""

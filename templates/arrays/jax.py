@@ -1,7 +1,7 @@
 {% set title = "JAX" %}
 {% set needs = "jax, and nothing else" %}
 {% set transforms = "jit, vmap and grad apply to the functions, also by X." %}
-{% set array = "jnp.asarray" %}
+{% macro converted(names) %}{{ names | join(", ") }}{{ "," if names | length == 1 }} = map(jnp.asarray, ({{ names | join(", ") }},)){% endmacro %}
 {% macro entries(name) %}jnp.unstack({{ name }}, axis=-1){% endmacro %}
 {% macro head() %}
 import jax.numpy as jnp

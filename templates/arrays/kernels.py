@@ -5,7 +5,7 @@
 
 Arrays are those of {{ name }}.h, matrices of their shapes. All inputs may have leading axes, which
 are broadcast against each other: q of shape (N, {{ n }}) and one X of shape ({{ p }},), or an X for each
-state. {{ words.transforms }}
+state. Functions that read the first entries of X take all of X. {{ words.transforms }}
 The derivative of sign at 0 is 0. An output is NaN where no robot has these parameters, or where the
 robot has no such link. Needs {{ words.needs }}.
 """
@@ -28,6 +28,13 @@ def _valid(batch, guards, out):
     return {{ lib }}.where(valid, out, {{ lib }}.nan)
 
 
+def _log(value):
+    """Return a logarithm, of 0 minus infinity: gradients of powers stay finite at 0."""
+    zero = value <= 0
+    known = {{ lib }}.log({{ lib }}.where(zero, 1.0, value))
+    return {{ lib }}.where(zero, -{{ lib }}.inf, known)
+
+
 def _positive(guard):
     """Return a number that is positive in valid states, else 1: gradients stay finite."""
     return {{ lib }}.where(guard > 0, guard, 1.0)
@@ -36,18 +43,16 @@ def _positive(guard):
 
 def {{ k.name }}({{ k.inputs | map(attribute="name") | join(", ") }}):
     """Return {{ k.outputs | map(attribute="name") | join(", ") }}: {{ k.doc | join("\n    ") }}."""
-{% for a in k.inputs %}
-    {{ a.name }} = {{ words.array }}({{ a.name }})
-{% endfor %}
+    {{ words.converted(k.inputs | map(attribute="name") | list) }}
     leading = [{% for a in k.inputs %}{{ a.name }}.shape{{ "" if a.plain else "[:-1]" }}{{ ", " if not loop.last }}{% endfor %}]
     batch = tuple({{ lib }}.broadcast_shapes(*leading))
-    zero = {{ lib }}.zeros_like({{ k.inputs[0].name }}[..., 0])
+    zero = {{ lib }}.zeros_like({{ k.sized }}[..., 0])
 {% for a in k.inputs if a.size and not a.plain %}
     [
 {% for line in k.entries[a.name] %}
         {{ line }}
 {% endfor %}
-    ] = {{ words.entries(a.name) }}
+    ] = {{ words.entries(a.name ~ ("[..., :%d]" % a.size if a.name == "X" and a.size < p)) }}
 {% endfor %}
 {% for line in k.lines %}
     {{ line }}

@@ -5,7 +5,7 @@
  * x_each != 0 each state has an X, at [i * N + k].
  * status: N numbers of {{ name }}_status, one for each state; NULL: none.
  * stream: a cudaStream_t; NULL: the default stream.
- * Returns the cudaError_t of the launch; 0: launched. Compile {{ name }}.cu with nvcc. Compiled as C++, it
+ * Returns the cudaError_t of the launch, or one that an earlier call left; 0: launched. Compile {{ name }}.cu with nvcc. Compiled as C++, it
  * has the same functions for arrays in the memory of the processor.
  */
 #ifndef {{ name }}_CUDA_H

@@ -46,7 +46,33 @@ torque = "-A*(q1-0.3)*exp(-((q1-0.3)/0.5)**2) + B*max(qd2, 0.1)*tan(q3)/(2 + cos
 linear = { A = "N m/rad", B = "N m" }
 """
 LOADED = EFFECTS + '[[effect]]\nname = "load_dependent_friction"\njoints = [1, 2]\n'
+DRONE = '[robot]\nname = "drone"\nbase = "floating"\ngravity = [0.0, 0.0, -9.81]\n'
+WALKER = (
+    DRONE.replace("drone", "walker")
+    + """
+[[joint]]
+alpha = "pi/2"
+d = 0.2
+[[joint]]
+d = 0.3
+[[joint]]
+antecedent = 0
+d = -0.2
+"""
+)
+POWER = """
+[robot]
+name = "power"
+[[joint]]
+[[joint]]
+alpha = "pi/2"
+[[effect]]
+name = "nonlinear_viscous_friction"
+joints = [1, 2]
+nonlinear = { p = 1.5 }
+"""
 TEXTS = {"rich": RICH, "leaning": LEANING, "effects": EFFECTS, "loaded": LOADED}
+TEXTS |= {"drone": DRONE, "walker": WALKER, "power": POWER}
 LIBRARY = "emps lwr4 panda planar2r puma560 rx90 scara sr400 stanford twin tx40 ur10e wam7".split()
 ROBOTS = [*LIBRARY, *TEXTS, "imu", "follows", "named", "tree"]
 CASES = [("jax", "planar2r", ("inverse_dynamics", "torque_regressor"))]
@@ -82,13 +108,15 @@ def states(model: symgen.Model, seed: int = 0) -> dict[str, dict[str, np.ndarray
         for a in kernel.inputs:
             value = draw.uniform(-1, 1, (STATES, a.size))
             if a.link:
-                value = np.array(model.robot.numbers[-1])
+                value = np.array(model.robot.numbers[-1]) if model.robot.numbers else np.array(0)
             elif a.plain:
                 value = np.array(1.3)
             elif a.name == "X":
-                value = np.array(X[: a.size])
+                value = np.array(X)  # functions of its first entries take all of it
             elif a.shared:
                 value = value[0]
+            elif a.name == "qd":
+                value[0] = 0.0  # at rest
             found[kernel.name][a.name] = value
     return found
 
@@ -169,13 +197,25 @@ def slopes(
         moved = {name: value for name, value in named.items() if name != "X"}
         (inverse["X"],) = in_c(evaluator["torque_regressor"], moved)
     if "forward_dynamics" in inputs:
-        inverse["q"], inverse["qd"] = in_c(evaluator["inverse_dynamics_derivatives"], named)
-        if not model.robot.loaded:
-            inertial = {"q": named["q"], "X": named["X"][: model.inertial]}
-            (inverse["qdd"],) = in_c(evaluator["mass_matrix"], inertial)
-        derived = in_c(evaluator["forward_dynamics_derivatives"], inputs["forward_dynamics"])
-        found["forward_dynamics"] = dict(zip(("q", "qd", "tau"), derived, strict=True))
+        inverse |= by_input(model, "inverse_dynamics_derivatives", evaluator, named)
+        if model.robot.n and not model.robot.loaded:
+            (M,) = in_c(evaluator["mass_matrix"], {key: named[key] for key in ("q", "X")})
+            inverse["qdd"] = M[:, :, len(model.robot.free) :]
+        if not model.robot.floating:  # it has several outputs there
+            name = "forward_dynamics_derivatives"
+            found["forward_dynamics"] = by_input(model, name, evaluator, inputs["forward_dynamics"])
     return found
+
+
+def by_input(
+    model: symgen.Model, name: str, evaluator: symgen.Evaluator, named: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Outputs dq_out, dqd_out .. of a derivative kernel in C, by the input q, qd .."""
+    kernel = model.kernel(name)
+    assert kernel is not None
+    inputs = {a.name: named[a.name] for a in kernel.inputs}
+    words = [output.name[1:].removesuffix("_out") for output in kernel.outputs]
+    return dict(zip(words, in_c(evaluator[name], inputs), strict=True))
 
 
 @pytest.mark.parametrize("library", ["jax", pytest.param("torch", marks=pytest.mark.slow)])

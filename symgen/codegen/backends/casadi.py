@@ -19,6 +19,7 @@ _VOCABULARY = Vocabulary(
     indexed=True,
     selected="link == {number}",
     inverse="1.0 / {value}",
+    logarithm="ca.log({value})",
 )
 
 BUILDS_ON: tuple[str, ...] = ()

@@ -16,7 +16,7 @@ def files(package: Package) -> dict[str, str]:
         if kernel.batch
     ]
     source = c.runtime_source("math.h", package.model.robot.gravity_input, package.dtype)
-    marked = source.replace("static inline", "NAME_FUNCTION static inline")
+    marked = source.replace("static inline", "[[maybe_unused]] NAME_FUNCTION static inline")
     math = marked.replace("NAME", name).strip()
     return {
         f"{name}.cu": package.render("c/cuda.cu", kernels=kernels, math=math),
