@@ -82,6 +82,7 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
         for j, of_joint in enumerate(used.T):
             errors, rests = error[of_joint, j], rest[of_joint, j]
             weight[j] = rest_weight(errors, rests)
+    weight = weight[len(weight) - len(band.rests.slow) :]  # the base has none
     return replace(band, rests=replace(band.rests, weight=tuple(weight.tolist())))
 
 

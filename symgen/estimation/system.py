@@ -30,6 +30,7 @@ from symgen.data.mask import untouched
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog, Nodes, spans_of
+from symgen.estimation.floating import projected
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import over_windows, place_windows, rates_only, window_rows
 from symgen.runtime.evaluator import Evaluator
@@ -255,8 +256,9 @@ def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> Float
 
 
 def torque_along(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
-    """Return the model's torque along a log at the full rate, (N, n)."""
-    return torque_at(evaluator, X, *map(np.ascontiguousarray, log.motion))
+    """Return the model's torque along a log at the full rate, (N, m), as measured in `log.tau`."""
+    torque = torque_at(evaluator, X, *map(np.ascontiguousarray, log.motion))
+    return projected(torque, log.contacts())
 
 
 def torque_columns(
@@ -296,7 +298,8 @@ def torque_rows(evaluator: Evaluator, nodes: Nodes, X: FloatArray | None = None)
         X: (p,) at which effects use the model's torque, see `torque_columns`.
     """
     base = evaluator.model.base
-    if nodes.weight is not None or (X is not None and base.linear < len(base.parameters)):
+    changed = nodes.weight is not None or nodes.contacts is not None
+    if changed or (X is not None and base.linear < len(base.parameters)):
         return nodes.modelled(lambda *motion: torque_columns(evaluator, motion, X))
     kernel = evaluator["torque_regressor"]
     filled = list(kernel.kernel.filled[0])
@@ -306,7 +309,7 @@ def torque_rows(evaluator: Evaluator, nodes: Nodes, X: FloatArray | None = None)
 
     out: FloatArray = np.zeros((len(nodes.rows.kept), kernel.kernel.size))
     out[:, filled] = nodes.modelled(entries)
-    return out.reshape(len(out), evaluator.model.robot.n, -1)
+    return out.reshape(len(out), len(evaluator.model.robot.kinds), -1)
 
 
 def torque_filling(

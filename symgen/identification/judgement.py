@@ -256,7 +256,7 @@ def _large_errors(
     above[robot.passive] = False
     moving = moving_joints([log.qd for log in campaign.held], robot.sigma)
     measured = np.concatenate([log.measured for log in campaign.held])
-    size = each * rms(measured)
+    size = each * rms(measured)[len(robot.free) :]
     reasons = []
     for j in sorted(moving, key=lambda j: -each[j]):
         if above[j]:
@@ -366,9 +366,10 @@ def uncertain_torque(
     W = evaluator["torque_regressor"](*chosen(*motion_states(logs)))
     C = covariance[: W.shape[2], : W.shape[2]]
     variance = np.maximum(np.einsum("kja,ab,kjb->j", W, C, W) / len(W), 0.0)
-    variance[evaluator.model.robot.passive] = 0.0
+    robot = evaluator.model.robot
+    variance[[len(robot.free) + j for j in robot.passive]] = 0.0
     tau = np.concatenate([log.measured for log in logs])
-    return relative_error(variance, np.mean(tau**2, axis=0), evaluator.model.robot.sigma)
+    return relative_error(variance, np.mean(tau**2, axis=0), robot.kinds)
 
 
 def scale_unknown(campaign: Campaign) -> Reason | None:

@@ -246,10 +246,13 @@ def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
     """
     if logs[0].samples.drive_unit:  # of masses per unit of duty
         return ""
-    reach = _reach(evaluator.model.robot.with_values())
+    robot = evaluator.model.robot
+    if not robot.n:
+        return ""
+    reach = _reach(robot.with_values())
     (q,) = some_states(motion_states(logs)[0])
     inertia = np.mean(np.einsum("kjj->kj", mass_matrices(evaluator, q, X)), axis=0)
-    masses = np.abs(inertia) / reach**2
+    masses = np.abs(inertia[len(robot.free) :]) / reach**2
     least, most = float(masses.min()), float(masses.max())
     if least <= HEAVIEST and most >= LIGHTEST:
         return ""

@@ -333,6 +333,11 @@ class Robot:
         """Numbers of the equations in their order: of a free base, then of the movable joints."""
         return (*self.free, *self.numbers)
 
+    @property
+    def kinds(self) -> tuple[int, ...]:
+        """Kinds of the equations in their order: of a free base, then types of movable joints."""
+        return (*names.BASE_KINDS[: len(self.free)], *self.sigma)
+
     def at_rest(self) -> Robot:
         """Return the robot on a base that does not move.
 

@@ -238,12 +238,16 @@ def error_table(
     first = next(iter(errors.values())).per_joint
     sizes = [("", "")] * len(joints)
     if measured is not None and first:
-        sizes = errors_in_units(joints, measured, first)
+        sizes = errors_in_units(joints, measured[:, -len(joints) :], first)
     each = zip(*(r.per_joint or () for r in errors.values()), strict=False)
     rows = [
         (joint.label, *size, *map(percent, shares))
         for joint, size, shares in zip(joints, sizes, each, strict=False)
     ]
+    for name, key in (("base force", "base_force"), ("base moment", "base_moment")):
+        shares = [getattr(r, key) for r in errors.values()]
+        if None not in shares:
+            rows.insert(0 if key == "base_force" else 1, (name, "", "", *map(percent, shares)))
     rows.append(("all joints", "", "", *(percent(r.relative) for r in errors.values())))
     return Table(("joint", "RMS torque", "RMS error", *errors), rows)
 
