@@ -121,7 +121,8 @@ class FilteredLog:
     @property
     def width(self) -> int:
         """Number of equations, m."""
-        return self.base_rows + self.q.shape[1]
+        joints: int = self.q.shape[1]
+        return self.base_rows + joints
 
     @cached_property
     def tau(self) -> FloatArray:

@@ -54,6 +54,8 @@ class Equations:
         joint: position of the joint, None for energy.
         Z: (k, p) instruments, or None.
         features: (k, f) random functions of the state, or None.
+        shared: whether its errors are correlated with those of the equations before, of the same
+            samples.
     """
 
     W: FloatArray
@@ -62,6 +64,7 @@ class Equations:
     joint: int | None = None
     Z: FloatArray | None = None
     features: FloatArray | None = None
+    shared: bool = False
 
     @property
     def rows(self) -> int:
@@ -104,6 +107,8 @@ class Rows:
         Z: (K, m, p) instruments: the same rows along a motion without the noise in W.
         features: (K, m, f) random functions of the state along the rows, see `features.py`; None if
             the misfit is not estimated.
+        shared: whether the errors of the equations of a sample are correlated, as on a floating
+            base: noise of its motion and projected noise are in all of them.
     """
 
     names: tuple[str, ...]
@@ -115,6 +120,7 @@ class Rows:
     energy: bool = False
     Z: FloatArray | None = None
     features: FloatArray | None = None
+    shared: bool = False
 
     @property
     def count(self) -> int:
@@ -149,7 +155,8 @@ class Rows:
         Z = None if self.Z is None else of(self.Z)
         features = None if self.features is None else of(self.features)
         joint = None if self.energy else j
-        return Equations(of(self.W), of(self.y), correlation, joint, Z, features)
+        shared = self.shared and j > 0
+        return Equations(of(self.W), of(self.y), correlation, joint, Z, features, shared)
 
     def with_regressor(self, W: FloatArray) -> Rows:
         """Return the rows with another regressor, (K, m, p); numbers name its columns."""
@@ -322,13 +329,13 @@ def torque_filling(
     t, nodes = log.compared_t, log.at_nodes()
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
     weight = log.rest_weight(log.resting) * log.free
-    extents = (Extent(len(y), correlation),)
+    extents, shared = (Extent(len(y), correlation),), log.base_rows > 0
 
     def filled(evaluator: Evaluator, features: Features | None) -> Rows:
         W = torque_rows(evaluator, nodes, X)
         F = None if features is None else features.in_band(nodes)
         names = evaluator.model.base.names[: W.shape[2]]
-        return Rows(names, W, y, t, weight, extents, features=F)
+        return Rows(names, W, y, t, weight, extents, features=F, shared=shared)
 
     return filled
 

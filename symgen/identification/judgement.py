@@ -123,6 +123,7 @@ def parameters_use(
     bias: str,
     *,
     scale: Reason | None,
+    lift: Sequence[str] = (),
 ) -> ParametersUse:
     """Judge which parameters are known, and collect reasons against reading single values.
 
@@ -133,6 +134,7 @@ def parameters_use(
             not visible.
         bias: a text on the bias of least squares, or "".
         scale: reason that the scale of torques is unknown, or None.
+        lift: contacts of a floating base that never lift.
     """
     reasons = []
     if scale is not None:
@@ -151,8 +153,9 @@ def parameters_use(
     if against is not None and not hidden:
         prefix = "" if settled.physical.possible is None else "not physically possible: "
         reasons.append(replace(against, text=f"{prefix}{against.text}"))
+    still = f" ({', '.join(lift)} never lifts: log a motion in which it does)" if lift else ""
     for kind, some, what in (
-        ("not_determined", hidden, OPEN),
+        ("not_determined", hidden, f"{OPEN}{still}"),
         ("weak", weak, f"{len(weak)} of {count} are weak (std above {KNOWN:g} %)"),
         ("at_bound", bound, f"{len(bound)} of {count} are at a bound of possible robots"),
     ):
