@@ -251,6 +251,8 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
     require_wrenches(columns.get("forces", {}), wanted)
     if "t" not in columns:
         _refuse_without("t", names, columns, wanted)
+    if wanted.n == 0:
+        return
     if "q" not in columns:
         _refuse_without("q1", names, columns, wanted)
     if not columns.keys() & DRIVING:
@@ -320,7 +322,7 @@ def _matched(
     for role, channel in CHANNELS.items():
         has_torque = "tau" in columns and not wanted.currents
         needless = role in columns or (role == "i" and has_torque)
-        if role not in patterns and (needless or not channel.words):
+        if role not in patterns and (needless or not channel.words or wanted.n == 0):
             continue
         have = columns.get(role, {})
         of_user = {j: name for j, name in have.items() if f"{role}{j + 1}" in wanted.reading.pairs}

@@ -459,8 +459,8 @@ def require_shapes(arrays: Mapping[str, Any]) -> None:
         if columns := VECTORS.get(role):
             if count != len(columns):
                 refuse(f"columns of {role}: {count}", f"{len(columns)}: {', '.join(columns)}")
-        elif role not in FRAMED and count != counts["q"]:
-            what = f"columns of q: {counts['q']}, of {role}: {count}"
+        elif role not in FRAMED and count != counts.get("q"):
+            what = f"columns of q: {counts.get('q', 0)}, of {role}: {count}"
             refuse(what, "as many of q and tau, and of what else there is")
 
 

@@ -151,17 +151,28 @@ def comparison_band(logs: Sequence[Samples]) -> float:
     widen its spectrum. A Hann window therefore fades its speeds in and out (Welch 1967).
     """
     highest = LOWEST
-    for j in range(logs[0].q.shape[1]):
-        power = sum((_power(s, j) for s in logs), np.zeros(len(_GRID)))
+    paths = [_paths(s) for s in logs]
+    for j in range(paths[0].shape[1]):
+        each = zip(logs, paths, strict=True)
+        power = sum((_power(s, q[:, j]) for s, q in each), np.zeros(len(_GRID)))
         if power[-1] > 0:
             edge = _GRID[np.searchsorted(power, POWER * power[-1])]
             highest = max(highest, 2 * float(edge))
     return min(highest, HIGHEST)
 
 
-def _power(s: Samples, j: int) -> FloatArray:
-    """Return the power of the speed of a joint below each frequency of the grid."""
-    q = smoothed(s.q[:, j], s.step, _SPECTRUM_HZ)
+def _paths(s: Samples) -> FloatArray:
+    """Return positions of joints and, of a floating base, angles that turn like it, (N, k)."""
+    if s.robot is None or not s.robot.floating:
+        return s.q
+    if s.imu is None:
+        return s.q if s.pose is None else np.hstack([s.q, 2 * s.pose[:, 3:]])
+    return np.hstack([s.q, s.step * np.cumsum(s.imu[:, 3:], axis=0)])
+
+
+def _power(s: Samples, q: FloatArray) -> FloatArray:
+    """Return the power of the speed of positions q (N,) below each frequency of the grid."""
+    q = smoothed(q, s.step, _SPECTRUM_HZ)
     speed = np.gradient(q, s.step)
     speed = speed - speed.mean()
     if s.piece:
@@ -502,6 +513,8 @@ def differentiate(x: FloatArray, step: float) -> FloatArray:
     """
     from scipy.interpolate import make_interp_spline
 
+    if not x.size:
+        return x
     degree = max(k for k in (1, 3, 5) if k < max(len(x), 2))
     at = np.arange(len(x))
     return np.asarray(make_interp_spline(at, x, degree).derivative()(at) / step)

@@ -425,7 +425,7 @@ def _npz(path: Path, wanted: Wanted) -> Arrays:
     arrays = {role: content[key] for role, key in names.items() if key in content}
     for role in unused_torques(arrays, wanted):
         del arrays[role]
-    for role in ("t", "q", "tau"):
+    for role in ("t", "q", "tau") if wanted.n != 0 else ("t",):
         if role not in arrays and not (role == "tau" and arrays.keys() & DRIVING):
             present = listed([*content])
             refuse(f"there is no array {names[role]} among {present}", KEYS)

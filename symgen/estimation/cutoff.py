@@ -57,6 +57,8 @@ def find_rests(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
         sigma: (n,) types of the joints.
     """
     slow = rest_speeds(logs, sigma)
+    if not sigma:
+        return None
     if not any(resting(s.q, s.step, slow).any() for s in logs):
         return None
     return Rests(tuple(map(float, slow)), (_FIRST,) * len(slow))

@@ -113,14 +113,14 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
             refuse(what, "with torque_constant in [drive] of the robot file")
         tau = log.tau.copy()
         tau[:, robot.passive] = 0.0  # the joint has no drive
-        largest = float(np.abs(tau).max())
+        largest = float(np.abs(tau).max(initial=0.0))
         # no parameter can be estimated from such torques
-        if not _TORQUES[0] < largest < _TORQUES[1]:
+        if robot.n and not _TORQUES[0] < largest < _TORQUES[1]:
             refuse(
                 f"the largest torque is {largest:.3g}",
                 f"{log.drive_unit or 'N m or N'}, between {_TORQUES[0]:g} and {_TORQUES[1]:g}",
             )
-    beyond = () if log.drive_unit else _beyond_torque(tau, robot, log.name)
+    beyond = () if log.drive_unit or not robot.n else _beyond_torque(tau, robot, log.name)
     notes = dict.fromkeys((*log.notes, *beyond))
     return replace(log, tau=read_only(tau), notes=tuple(notes))
 
@@ -292,7 +292,7 @@ def require_other_data(train: Sequence[Samples], held_out: Sequence[Samples]) ->
     """
     logs = [*train, *held_out]
     for k, other in enumerate((*train, *held_out)):
-        for log in train[:k]:
+        for log in train[:k] if other.q.size else []:
             for direction in (1, -1):
                 then = direction * other.t + _shift(log, other, direction)
                 pairs = (log.tau, other.tau), (log.q, other.q)

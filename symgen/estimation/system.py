@@ -258,8 +258,13 @@ def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> Float
         X: (p,) parameters.
         motion: the arrays of `FilteredLog.motion`, k states.
     """
-    joints, base = motion[:3], motion[3:]
+    joints, base = kernel_inputs(motion[:3]), motion[3:]
     return np.asarray(evaluator["inverse_dynamics"](*joints, X, *base))
+
+
+def kernel_inputs(motion: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the arrays of a motion that kernels take: a robot without joints has no q."""
+    return [x for x in motion if x.shape[1]]
 
 
 def torque_along(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
@@ -282,7 +287,7 @@ def torque_columns(
         motion: the arrays of `FilteredLog.motion`, N samples.
         X: (p,) at which the model's torque is taken; None leaves out these columns.
     """
-    W: FloatArray = evaluator["torque_regressor"](*motion)
+    W: FloatArray = evaluator["torque_regressor"](*kernel_inputs(motion))
     base = evaluator.model.base
     if X is None or base.linear == len(base.parameters):
         return W
@@ -312,7 +317,7 @@ def torque_rows(evaluator: Evaluator, nodes: Nodes, X: FloatArray | None = None)
     filled = list(kernel.kernel.filled[0])
 
     def entries(*motion: FloatArray) -> FloatArray:
-        return np.asarray(kernel(*motion)).reshape(len(motion[0]), -1)[:, filled]
+        return np.asarray(kernel(*kernel_inputs(motion))).reshape(len(motion[0]), -1)[:, filled]
 
     out: FloatArray = np.zeros((len(nodes.rows.kept), kernel.kernel.size))
     out[:, filled] = nodes.modelled(entries)

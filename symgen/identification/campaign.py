@@ -186,7 +186,7 @@ def open_campaign(
         (train, held), repairs = open_logs(logs, robot, reading, progress)
         held = require_other_data(train, held)
         groups = (train, held) if held else hold_out(train)
-        if moving:
+        if moving and robot.n:
             require_motion(groups[0], robot)
     progress("deriving and compiling the model")
     evaluator = given if isinstance(given, Evaluator) else None

@@ -22,7 +22,7 @@ from symgen.errors import ParameterError, first_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import above_noise
 from symgen.estimation.solve import Solution
-from symgen.estimation.system import torque_at
+from symgen.estimation.system import kernel_inputs, torque_at
 from symgen.estimation.torque_error import TorqueFit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
 from symgen.hypotheses.ask import Answer
@@ -153,7 +153,7 @@ def parameters_use(
     if against is not None and not hidden:
         prefix = "" if settled.physical.possible is None else "not physically possible: "
         reasons.append(replace(against, text=f"{prefix}{against.text}"))
-    still = f" ({', '.join(lift)} never lifts: log a motion in which it does)" if lift else ""
+    still = f" ({', '.join(lift)} never lift: log a motion in which they do)" if lift else ""
     for kind, some, what in (
         ("not_determined", hidden, f"{OPEN}{still}"),
         ("weak", weak, f"{len(weak)} of {count} are weak (std above {KNOWN:g} %)"),
@@ -366,7 +366,8 @@ def uncertain_torque(
         mixed: whether the joints of a state are drawn from the logs independently.
     """
     chosen = mixed_states if mixed else some_states
-    W = evaluator["torque_regressor"](*chosen(*motion_states(logs)))
+    states = chosen(*motion_states(logs))
+    W = evaluator["torque_regressor"](*kernel_inputs(states))
     C = covariance[: W.shape[2], : W.shape[2]]
     variance = np.maximum(np.einsum("kja,ab,kjb->j", W, C, W) / len(W), 0.0)
     robot = evaluator.model.robot

@@ -142,7 +142,7 @@ def choose_model(
     evaluator, robot = campaign.evaluator, campaign.robot
     proportional = proportional_joints(campaign.train)
     fault = motion_fault(proportional, robot)
-    known = features_of(campaign.train, robot.sigma)
+    known = features_of(campaign.train, robot.sigma) if robot.n else None
     models = [replace(model, features=known) for model in models]
     alternatives: tuple[Alternative, ...] = ()
     if robot.loaded:

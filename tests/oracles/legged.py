@@ -175,3 +175,38 @@ def with_derivatives(of: Callable[[np.ndarray], np.ndarray], t: np.ndarray) -> n
     near = np.array([of(t + k * _NEAR) for k in range(-2, 3)])
     rate = np.tensordot(_FIRST, near, 1) / _NEAR
     return np.array([near[2], rate, np.tensordot(_SECOND, near, 1) / _NEAR**2])
+
+
+#: Hips of four legs with a prismatic joint, whose feet are the origins of their last links.
+HIPS = np.array([(x * LONG, y * WIDE, 0.0) for x in (1, -1) for y in (1, -1)])
+#: Times at which a foot lifts and comes down, as parts of a period of s.
+_LIFTS, _LANDS, PERIOD = 0.03, 0.22, 4.0
+
+
+def crawl(seed: int, seconds: float, *, lifts: bool = True) -> tuple[Motion, np.ndarray]:
+    """A robot with four legs, whose feet lift in turn, and which feet touch the ground, (N, 4)."""
+
+    def swung(t: np.ndarray) -> np.ndarray:
+        """Part of the swing of each foot, 0 or 1 on the ground."""
+        phase = (t[:, None] / PERIOD - np.arange(4) / 4) % 1.0
+        return lifts * np.clip((phase - _LIFTS) / (_LANDS - _LIFTS), 0, 1)
+
+    def positions(t: np.ndarray) -> np.ndarray:
+        """Positions of the joints whose feet are where they should be."""
+        place, angles = base_waves(t, seed, 0.6)
+        rotation, parts = Motion(t, place, angles, place).rotation, swung(t)
+        out = []
+        for k, hip in enumerate(HIPS):
+            height = (4 * parts[:, k] * (1 - parts[:, k])) ** 3
+            step = np.outer(height, [0.12 * (-1) ** k, 0.08, 0.15])
+            foot = hip - [0, 0, LEG] + step - place[0]
+            leg = np.einsum("tji,tj->ti", rotation, foot) - hip
+            length = np.linalg.norm(leg, axis=1)
+            x, y, z = leg.T / length
+            out += [np.arctan2(z, y), np.arccos(-x), length]
+        return np.array(out).T
+
+    t = times(seconds)
+    parts = swung(t)
+    motion = Motion(t, *base_waves(t, seed, 0.6), with_derivatives(positions, t))
+    return motion, (parts <= 0) | (parts >= 1)

@@ -25,6 +25,7 @@ from oracles.legged import (
     Legged,
     Motion,
     base_waves,
+    crawl,
     table,
     text_of,
     times,
@@ -266,3 +267,75 @@ def flown(body: Legged, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
         _, later = free(after, w + step * wd)
         w = w + step * (wd + later) / 2  # Heun
     return np.array(imu), np.array(tau)
+
+
+@cache
+def crawler() -> Case:
+    """A body with four legs, whose feet touch the ground at points."""
+    arm, feet = table(4, 3), [3 * k + 3 for k in range(4)]
+    frames = [f'[[frame]]\nname = "foot{k}"\njoint = {k}\n' for k in feet]
+    contacts = [f'[[contact]]\nframe = "foot{k}"\nkind = "point"\n' for k in feet]
+    body = Legged(arm, 3, [Foot(k) for k in feet])
+    return Case(body, parsed(text_of(arm, "\n".join([*frames, *contacts]))))
+
+
+def crawled(seed: int, *, lifts: bool) -> symgen.Log:
+    """A log of the crawler without the forces on its feet."""
+    motion, touches = crawl(seed, 16.0, lifts=lifts)
+    tau, _ = crawler().body.supported(motion, touches, 3)
+    imu = imu_of(motion, seed)
+    return log_of(motion, tau[:, 6:], seed, imu=imu, touches=touches.astype(float))
+
+
+@pytest.fixture(scope="module")
+def crawls() -> list[symgen.Estimate]:
+    """Estimates from a log in which every foot lifts, and from one in which none does."""
+    robot = crawler().robot
+    logs = [crawled(1, lifts=lifts) for lifts in (True, False)]
+    return [symgen.identify(robot, log, method="wls", cutoff=14) for log in logs]
+
+
+def test_hidden_forces_at_contacts_have_no_part_in_the_estimate(crawls) -> None:
+    estimate = crawls[0]
+    assert estimate.verdict == "trusted"
+    off = crawler().off(estimate)
+    assert np.abs(off).max() < 4.5
+    assert np.mean(np.abs(off) < 1.96) > 0.88
+    masses = [p.value for p in estimate.parameters if p.name in ("M0R", "M3", "M6", "M9", "M12")]
+    assert sum(masses) == pytest.approx(sum(crawler().body.links[:, 9]), rel=0.01)
+
+
+def test_the_feet_that_never_lift_are_named_and_their_masses_unknown(crawls) -> None:
+    estimate = crawls[1]
+    unknown = [p.name for p in estimate.parameters if np.isnan(p.std)]
+    assert unknown == ["M3", "M6", "M9", "M12"]
+    (reason,) = (r for r in estimate.uses.parameters.reasons if r.kind == "not_determined")
+    assert "foot3, foot6, foot9, foot12 never lift" in reason.text
+
+
+def test_a_drone_has_no_joints(tmp_path: Path) -> None:
+    t = times(16.0)
+    motion = Motion(t, *base_waves(t, 3), np.zeros((3, len(t), 0)))
+    f, w, wd = motion.base
+    mass, ms = 1.3, np.array([0.026, -0.013, 0.065])
+    inertia = np.array([[0.02, 0.001, 0], [0.001, 0.03, 0.002], [0, 0.002, 0.04]])
+    force = mass * f + np.cross(wd, ms) + np.cross(w, np.cross(w, ms))
+    moment = np.cross(ms, f) + wd @ inertia + np.cross(w, w @ inertia)
+    imu = noisy(1, np.hstack([f, w]), IMU)
+    wrench = noisy(2, np.hstack([force, moment]), np.repeat([0.05, 0.005], 3))
+    heads = ["t", "fx", "fy", "fz", "wx", "wy", "wz", *(f"hull.{end}" for end in ENDS)]
+    rows = np.column_stack([t, imu, wrench])
+    np.savetxt(tmp_path / "a.csv", rows, "%.9g", ",", header=",".join(heads), comments="")
+    hull = '[[frame]]\nname = "hull"\njoint = 0\n'
+    robot = parsed(f'[robot]\nname = "drone"\nbase = "floating"\n{hull}')
+    estimate = symgen.identify(robot, tmp_path / "a.csv")
+    assert estimate.verdict == "trusted"
+    entries = inertia[np.triu_indices(3)]
+    off = [
+        (p.value - x) / p.std
+        for p, x in zip(estimate.parameters, [*entries, *ms, mass], strict=True)
+    ]
+    assert np.abs(off).max() < 4
+    symgen.write(estimate, tmp_path / "id")
+    found = symgen.predict(robot, tmp_path / "a.csv", tmp_path / "id")
+    assert found.error.base_moment < 0.02
