@@ -153,7 +153,9 @@ def relative_error(
     out = Residual(total, tuple(map(float, each)) if by_joint else None)
     if BASE_FORCE not in totals:
         return out
-    force, moment = (math.sqrt(totals.pop(k)) for k in (BASE_FORCE, BASE_MOMENT))
+    flies = not size[: len(BASE_KINDS)].any()  # nothing to compare with
+    of_base = totals.pop(BASE_FORCE), totals.pop(BASE_MOMENT)
+    force, moment = (math.nan if flies else math.sqrt(part) for part in of_base)
     joints = math.sqrt(float(np.max([0.0, *totals.values()])))
     each = each[len(BASE_KINDS) :]
     return Residual(total, tuple(map(float, each)), force, moment, joints)

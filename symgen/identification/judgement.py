@@ -47,6 +47,9 @@ CHANGED = "changed"
 OPEN = "the motion does not determine all parameters"
 #: Ending of a reason whose cause is unknown.
 SEARCH = "symgen diagnose searches for the cause"
+_SUPPORTS = (
+    "check wrenches and contacts of the log, their frames and signs, and whether a contact slips"
+)
 #: Note on columns of torques or currents with the name of a command.
 _COMMAND = r"columns by name: .*\b(tau|i)\d* = [^,\n]*(target|desired|command|cmd|ref)"
 _COMPUTED = (
@@ -91,13 +94,14 @@ def prediction_use(
     reasons = list(campaign.answer.shown)
     large = _large_errors(campaign, held, noise, accept)
     grade = "usable" if large or error > GOOD else "good"
+    search = _SUPPORTS if campaign.robot.floating else SEARCH
     if error <= accept:
         if settled.physical.reason is not None and settled.physical.held_out is not None:
             model, fitted = campaign.evaluator.model, settled.solution
             errors = settled.physical.held_out
             reasons += like_no_robot(model, fitted.X, fitted.covariance, errors, accept)
         if large and large[0].value > JOINT and not reasons:
-            text = f"the torque error of a joint is above {100 * JOINT:g} %; {SEARCH}"
+            text = f"the torque error of a joint is above {100 * JOINT:g} %; {search}"
             reasons.append(replace(large[0], kind="joint_error", limit=JOINT, text=text))
     else:
         grade = "poor"
@@ -105,12 +109,12 @@ def prediction_use(
         reasons += _mostly_noise(min(noise.relative, error))
         text = f"the torque error is above {100 * accept:g} %"
         if not reasons:
-            text += f"; {SEARCH}"
+            text += f"; {search}"
         reasons.append(Reason("error", value=error, limit=accept, text=text))
     if _much_larger(fold, error, least):
         text = (
             f"the error depends on the motion: {percent(fold)} on another part of the motion that "
-            f"the fit did not use; {SEARCH}"
+            f"the fit did not use; {search}"
         )
         reasons.append(Reason("varies", value=fold, limit=VARIES * error, text=text))
     return PredictionUse(tuple(reasons), grade=grade, large=tuple(large))

@@ -163,6 +163,19 @@ def require_gravity(robot: Robot, what: str) -> None:
         )
 
 
+def require_base(robot: Robot, command: str, accepted: str) -> None:
+    """Raise RobotError if the base floats.
+
+    Args:
+        robot: the mechanism.
+        command: the command that takes no such robot.
+        accepted: what helps.
+    """
+    if robot.floating:
+        what = f"robot {robot.name!r}: {command} does not take logs of a floating base"
+        raise RobotError(f"{what}; accepted: {accepted}")
+
+
 @dataclass(frozen=True)
 class Robot:
     """A mechanism: joints in file order, gravity in frame 0 [m/s2], named lengths and angles.

@@ -244,6 +244,7 @@ def test_flight_gives_parameters_from_the_torques_of_the_joints() -> None:
     log = log_of(motion, tau, 5, imu=noisy(9, imu, IMU))
     estimate = symgen.identify(case.robot, log, method="wls")
     assert estimate.torque_validation.joints < 0.05
+    assert np.isnan(estimate.torque_validation.base_force)  # there is no force
     mass = next(p for p in estimate.parameters if p.name == "M0R")
     assert abs(mass.value / sum(case.body.links[:, 9]) - 1) < 0.1
 
@@ -339,3 +340,17 @@ def test_a_drone_has_no_joints(tmp_path: Path) -> None:
     symgen.write(estimate, tmp_path / "id")
     found = symgen.predict(robot, tmp_path / "a.csv", tmp_path / "id")
     assert found.error.base_moment < 0.02
+
+
+def test_a_wrong_wrench_makes_the_estimate_doubtful(walks) -> None:
+    log = walks[0]
+    forces = log.forces * np.repeat([1.0, -1.0], 6)  # the sensor of one foot is upside down
+    estimate = symgen.identify(walker().robot, replace(log, forces=forces))
+    assert estimate.verdict == "doubtful"
+    assert "contact slips" in estimate.reasons[-1].text
+
+
+@pytest.mark.parametrize("command", [symgen.diagnose, symgen.payload])
+def test_what_takes_no_floating_base_says_so(walks, command) -> None:
+    with pytest.raises(symgen.SymgenError, match=r"floating base; accepted: symgen identify"):
+        command(walker().robot, walks[0])
