@@ -17,6 +17,7 @@ projected before any filter.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -39,6 +40,8 @@ _KEPT = {"point": 3, "surface": 6}
 _CHUNK = 1 << 13
 #: Share of J J' by which contacts that depend on each other are apart.
 _RIDGE = 1e-12
+#: Flag of a contact above which it touches.
+HALF = 0.5
 _BASE = 6  # equations of the base
 
 
@@ -148,10 +151,23 @@ def contact_jacobian(samples: Samples, q: FloatArray) -> FloatArray | None:
 
 def touching(samples: Samples) -> Bools | None:
     """Return which contacts have an unknown force, (N, C); None if none ever has one."""
-    if samples.touches is None:
+    robot = samples.robot
+    if samples.touches is None or robot is None:
         return None
-    flags = samples.touches > 0.5
+    flags = samples.touches > HALF
+    known = {frame.name for frame, _ in _wrenches(samples)}
+    flags &= [contact.frame not in known for contact in robot.contacts]
     return flags if flags.any() else None
+
+
+def _wrenches(samples: Samples) -> Iterator[tuple[Frame, FloatArray]]:
+    """Yield the frames with a measured wrench, and the wrench, (N, 6)."""
+    if samples.forces is None or samples.robot is None:
+        return
+    wrenches = samples.forces.reshape(len(samples.t), -1, len(WRENCH_ENDS)).swapaxes(0, 1)
+    for frame, wrench in zip(samples.robot.frames, wrenches, strict=False):
+        if not np.isnan(wrench[0, 0]):
+            yield frame, wrench
 
 
 def projected(x: FloatArray, J: FloatArray | None) -> FloatArray:
@@ -188,14 +204,12 @@ def measured_forces(samples: Samples, q: FloatArray) -> FloatArray:
 def _of_wrenches(samples: Samples, q: FloatArray) -> FloatArray:
     """Return the generalised forces of the measured wrenches, (k, m)."""
     total = np.zeros((len(q), _BASE + q.shape[1]))
-    if samples.forces is None or samples.robot is None:
+    if samples.robot is None:
         return total
     robot = samples.robot.with_values()
-    wrenches = samples.forces.reshape(len(q), -1, len(WRENCH_ENDS))
-    for frame, wrench in zip(robot.frames, wrenches.swapaxes(0, 1), strict=False):
-        if wrench.any():
-            axes = _axes(robot, frame, q)
-            in_base = axes[:, None] @ wrench.reshape(-1, 2, 3, 1)
-            J = frame_jacobian(robot, frame, q)
-            total += np.einsum("kcm,kc->km", J, in_base.reshape(-1, _BASE))
+    for frame, wrench in _wrenches(samples):
+        axes = _axes(robot, frame, q)
+        in_base = axes[:, None] @ wrench.reshape(-1, 2, 3, 1)
+        J = frame_jacobian(robot, frame, q)
+        total += np.einsum("kcm,kc->km", J, in_base.reshape(-1, _BASE))
     return total

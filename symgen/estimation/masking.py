@@ -14,7 +14,7 @@ from symgen.data.signals import Samples
 from symgen.errors import LogError
 from symgen.estimation.band import rest_speeds
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.floating import touching
+from symgen.estimation.floating import HALF
 from symgen.estimation.system import Rows
 from symgen.robot.types import Robot
 
@@ -71,9 +71,9 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
 
 def without_changes(samples: Samples) -> Samples:
     """Mask the samples around changes of contacts: impacts, and errors of the flags in time."""
-    flags = touching(samples)
-    if flags is None:
+    if samples.touches is None:
         return samples
+    flags = samples.touches > HALF
     changes = np.flatnonzero(np.diff(flags, axis=0).any(axis=1))
     masks = np.zeros(len(samples.t), dtype=bool)
     before, after = (math.ceil(span / samples.step) for span in (_BEFORE, _AFTER))

@@ -161,7 +161,7 @@ def _steady(pose: FloatArray) -> FloatArray:
 
 
 def _with_forces(log: Log, robot: Robot) -> Log:
-    """Return a log of a robot with a floating base, with numbers for wrenches and contacts.
+    """Return a log of a robot with a floating base, with flags of all of its contacts.
 
     A contact with a measured wrench has no unknown force.
 
@@ -176,16 +176,16 @@ def _with_forces(log: Log, robot: Robot) -> Log:
     flags = np.zeros((count, len(robot.contacts)))
     for k, contact in enumerate(robot.contacts):
         name = contact.frame
-        if name in known:
-            continue
         if k >= len(have) or not have[k]:
+            if name in known:
+                continue
             every = f"{name}.{', '.join(WRENCH_ENDS)}"
             what = f"lacks the column {name}.{CONTACT_END}, 1 where this contact touches and else 0"
             refuse(what, f"this column, or {every} of its force, or a robot file without it")
         flags[:, k] = touches[:, k]
     return replace(
         log,
-        forces=read_only(np.nan_to_num(forces)) if known else None,
+        forces=log.forces if known else None,
         touches=read_only(flags) if flags.any() else None,
     )
 
