@@ -153,13 +153,14 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
     names = [name.strip() for name in stored]
     wanted = replace(wanted, joints=wanted.reading.joints or wanted.joints)
     texts = _without_units(names)
-    numbered = [(_place(text) or wanted.of_frame(text), name) for text, name in texts.items()]
+    framed = wanted.framed
+    numbered = [(_place(text) or framed.get(text), name) for text, name in texts.items()]
     patterns, matches = {}, []
     for ours, theirs in wanted.reading.pairs.items():
         if "*" in theirs and ours != "t":
             patterns[ours] = theirs
             continue
-        place = _place(ours) or wanted.of_frame(ours)
+        place = _place(ours) or framed.get(ours)
         if place is None:
             refuse(f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
         if theirs not in names:

@@ -305,23 +305,13 @@ class Wanted:
         kept = [k for k in range(width) if k + 1 not in fixed]
         return kept if self.n in (None, len(kept)) else []
 
-    def of_frame(self, column: str) -> tuple[str, int] | None:
-        """Return role and number of the column of a frame, such as foot.fx; None for another."""
-        frame, _, end = column.rpartition(".")
-        if frame in self.frames and end in WRENCH_ENDS:
-            number = len(WRENCH_ENDS) * self.frames.index(frame) + WRENCH_ENDS.index(end)
-            return "forces", number + 1
-        if frame in self.contacts and end == CONTACT_END:
-            return "touches", self.contacts.index(frame) + 1
-        return None
-
     @property
     def framed(self) -> dict[str, tuple[str, int]]:
-        """Role and number of every column that a frame may have."""
+        """Role and number of the columns of frames, such as foot.fx."""
         ends = [f"{frame}.{end}" for frame in self.frames for end in WRENCH_ENDS]
-        every = [*ends, *(f"{frame}.{CONTACT_END}" for frame in self.contacts)]
-        places = {column: self.of_frame(column) for column in every}
-        return {column: place for column, place in places.items() if place is not None}
+        flags = [f"{frame}.{CONTACT_END}" for frame in self.contacts]
+        out = {column: ("forces", k) for k, column in enumerate(ends, 1)}
+        return out | {column: ("touches", k) for k, column in enumerate(flags, 1)}
 
     @property
     def currents(self) -> bool:

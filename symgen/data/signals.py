@@ -147,8 +147,9 @@ def comparison_band(logs: Sequence[Samples]) -> float:
 
     It is twice the lowest frequency with 99 % of the power of a joint's speed below it. The joint
     with the largest value over all logs counts, within 2 to 10 Hz. Speeds are central differences
-    of positions below 50 Hz. A piece of a longer log begins and ends during motion, which would
-    widen its spectrum. A Hann window therefore fades its speeds in and out (Welch 1967).
+    of positions below 50 Hz. The turning of a floating base counts like a joint. A piece of a
+    longer log, or a log of such a base, begins and ends during motion, which would widen its
+    spectrum. A Hann window therefore fades its speeds in and out (Welch 1967).
     """
     highest = LOWEST
     paths = [_paths(s) for s in logs]
@@ -161,9 +162,13 @@ def comparison_band(logs: Sequence[Samples]) -> float:
     return min(highest, HIGHEST)
 
 
+def _floats(s: Samples) -> bool:
+    return s.robot is not None and s.robot.floating
+
+
 def _paths(s: Samples) -> FloatArray:
     """Return positions of joints and, of a floating base, angles that turn like it, (N, k)."""
-    if s.robot is None or not s.robot.floating:
+    if not _floats(s):
         return s.q
     if s.imu is None:
         return s.q if s.pose is None else np.hstack([s.q, 2 * s.pose[:, 3:]])
@@ -175,7 +180,7 @@ def _power(s: Samples, q: FloatArray) -> FloatArray:
     q = smoothed(q, s.step, _SPECTRUM_HZ)
     speed = np.gradient(q, s.step)
     speed = speed - speed.mean()
-    if s.piece:
+    if s.piece or _floats(s):
         fade = np.hanning(len(speed))
         middle = fade @ speed / fade.sum()
         speed = (speed - middle) * fade / rms(fade)
