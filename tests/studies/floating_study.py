@@ -24,14 +24,15 @@ from scipy.ndimage import binary_dilation
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from oracles.pinocchio_arm import load_pinocchio
+from oracles.urdf_arm import shipped
+
 import symgen
 from symgen.data.log import make_log
 from symgen.identification.parameters import base_values
 from symgen.identification.prediction import torque_errors
 from symgen.robot.tables import Contact
 from symgen.robot.toml_io import read_imported
-from oracles.pinocchio_arm import load_pinocchio
-from oracles.urdf_arm import shipped
 
 LEGS = ("FL", "FR", "RL", "RR")
 STEP, EVERY = 0.0005, 4  # s of a simulation, and its steps from sample to sample
@@ -107,8 +108,8 @@ class Quadruped:
         model, inertia = self.model, self.model.inertias[number]
         at, turned = model.jointPlacements[number], np.zeros(4)
         mujoco.mju_mat2Quat(turned, np.ascontiguousarray(at.rotation).ravel())
-        I = inertia.inertia
-        entries = I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]
+        A = inertia.inertia
+        entries = A[0, 0], A[1, 1], A[2, 2], A[0, 1], A[0, 2], A[1, 2]
         name = model.names[number]
         joint = '<freejoint name="base"/>'
         if number > 1:
@@ -156,7 +157,7 @@ def gait(t: float, seed: int) -> np.ndarray:
     rotation = rotation.reshape(3, 3)
     starts = min(t / 1.0, 1.0)
     out = []
-    for leg, (front, left) in HIPS.items():
+    for front, left in HIPS.values():
         part = (t / PERIOD + (0.5 if front * left < 0 else 0.0)) % 1.0
         swing = max(part - DUTY, 0.0) / (1 - DUTY)
         height = LIFT * starts * (16 * (swing * (1 - swing)) ** 2)
@@ -223,12 +224,24 @@ def trot(robot: Quadruped, seed: int, seconds: float) -> dict[str, np.ndarray]:
     feet = feet.reshape(-1, 4, 3)
     down = binary_dilation(down > 0, np.ones((2 * BOUNCE + 1, 1)))  # a foot may bounce
     forces = np.concatenate([feet, 0 * feet], axis=2)
-    return {"t": t[:, 0], "q": q, "qd": qd, "tau": tau, "imu": imu, "forces": forces,
-            "touches": down}
+    return {
+        "t": t[:, 0],
+        "q": q,
+        "qd": qd,
+        "tau": tau,
+        "imu": imu,
+        "forces": forces,
+        "touches": down,
+    }
 
 
 def log_of(
-    name: str, clean: dict[str, np.ndarray], robot: symgen.Robot, hidden: bool, offsets: bool, seed: int
+    name: str,
+    clean: dict[str, np.ndarray],
+    robot: symgen.Robot,
+    hidden: bool,
+    offsets: bool,
+    seed: int,
 ) -> symgen.Log:
     """Return a log with noise, and the forces on the feet or which of them touch the ground."""
     draw = np.random.default_rng(seed)

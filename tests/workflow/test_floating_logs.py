@@ -15,6 +15,7 @@ from support import parsed
 
 import symgen
 from symgen.codegen.model import regrouping
+from symgen.data import long_logs
 from symgen.data.log import make_log
 from symgen.report.store import load_result
 
@@ -188,6 +189,20 @@ def test_a_csv_and_an_npz_hold_wrenches_of_frames(walks, tmp_path: Path) -> None
         assert [p.value for p in found.parameters] == [p.value for p in want.parameters]
 
 
+def test_a_long_log_is_read_in_segments(walks, tmp_path: Path, monkeypatch) -> None:
+    log, robot = walks[0], walker().robot
+    table = columns(log)
+    arrays = {key: getattr(log, key) for key in ("t", "q", "qd", "tau", "imu")}
+    wrenches = {name: x for name, x in table.items() if "." in name}
+    np.savez(tmp_path / "a.npz", **arrays, **wrenches)
+    want = symgen.identify(robot, log, method="wls", cutoff=14)
+    monkeypatch.setattr(long_logs, "LIMIT", 1200)
+    found = symgen.identify(robot, tmp_path / "a.npz", method="wls", cutoff=14)
+    for p, x in zip(found.parameters, want.parameters, strict=True):
+        assert abs(p.value - x.value) < 2 * x.std
+        assert p.std == pytest.approx(x.std, rel=0.25)
+
+
 def test_a_missing_column_is_named(walks, tmp_path: Path) -> None:
     table = columns(walks[0])
     del table["right.ny"]
@@ -280,19 +295,23 @@ def crawler() -> Case:
     return Case(body, parsed(text_of(arm, "\n".join([*frames, *contacts]))))
 
 
-def crawled(seed: int, *, lifts: bool) -> symgen.Log:
-    """A log of the crawler without the forces on its feet."""
-    motion, touches = crawl(seed, 16.0, lifts=lifts)
-    tau, _ = crawler().body.supported(motion, touches, 3)
-    imu = imu_of(motion, seed)
-    return log_of(motion, tau[:, 6:], seed, imu=imu, touches=touches.astype(float))
+def crawled(seed: int, *, lifts: bool, measured: int = 0) -> symgen.Log:
+    """A log of the crawler with the forces on some of its feet."""
+    motion, touches = crawl(seed, 12.0, lifts=lifts)
+    tau, on_feet = crawler().body.supported(motion, touches, 3)
+    forces = np.full((len(motion.t), 4, 6), np.nan)
+    forces[:, :measured, :3] = noisy(seed + 4, on_feet[:, :measured], FORCE)
+    forces[:, :measured, 3:] = 0.0
+    more = {"forces": forces.reshape(len(motion.t), -1), "touches": touches.astype(float)}
+    return log_of(motion, tau[:, 6:], seed, imu=imu_of(motion, seed), **more)
 
 
 @pytest.fixture(scope="module")
 def crawls() -> list[symgen.Estimate]:
-    """Estimates from a log in which every foot lifts, and from one in which none does."""
+    """Estimates from logs in which every foot lifts, none does, and the forces on two are known."""
     robot = crawler().robot
     logs = [crawled(1, lifts=lifts) for lifts in (True, False)]
+    logs.append(crawled(1, lifts=True, measured=2))
     return [symgen.identify(robot, log, method="wls", cutoff=14) for log in logs]
 
 
@@ -304,6 +323,12 @@ def test_hidden_forces_at_contacts_have_no_part_in_the_estimate(crawls) -> None:
     assert np.mean(np.abs(off) < 1.96) > 0.88
     masses = [p.value for p in estimate.parameters if p.name in ("M0R", "M3", "M6", "M9", "M12")]
     assert sum(masses) == pytest.approx(sum(crawler().body.links[:, 9]), rel=0.01)
+
+
+def test_forces_on_some_feet_are_measured_and_on_others_hidden(crawls) -> None:
+    off = crawler().off(crawls[2])
+    assert np.abs(off).max() < 4.5
+    assert np.mean(np.abs(off) < 1.96) > 0.88
 
 
 def test_the_feet_that_never_lift_are_named_and_their_masses_unknown(crawls) -> None:
