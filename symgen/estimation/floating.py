@@ -92,8 +92,9 @@ def _motion_of_pose(samples: Samples, band: Band) -> tuple[FloatArray, ...]:
         bend = differentiate(rate, step)
     gravity = [float(g) for g in samples.robot.with_values().gravity]
     s, v = x[:, 3:4], x[:, 4:]
+    ds, dv = rate[:, 3:4], rate[:, 4:]
     square = s**2 + np.sum(v**2, axis=1, keepdims=True)
-    w = 2 * (s * rate[:, 4:] - rate[:, 3:4] * v - np.cross(v, rate[:, 4:])) / square
+    w = 2 * (s * dv - ds * v - np.cross(v, dv)) / square
     pull = bend[:, :3] - gravity
     across = np.cross(pull, v)  # of the inverse rotation
     force = pull + 2 * (s * across + np.cross(across, v)) / square
