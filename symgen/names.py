@@ -41,6 +41,15 @@ FREE_BASE = {"f": 3, "v": 3, "w": 3, "wd": 3, "wrench": 6}
 LICENSE = "Proprietary"
 MAINTAINER = "Unknown <unknown@example.com>"
 
+#: Kinds of the equations of a free base, in their order; those of joints are types of joints.
+BASE_FORCE, BASE_MOMENT = 3, 4
+BASE_KINDS = (BASE_FORCE,) * 3 + (BASE_MOMENT,) * 3
+#: Names of these equations in messages and tables, and their units.
+BASE_ROWS = tuple(f"base {what} {axis}" for what in ("force", "moment") for axis in "xyz")
+BASE_UNITS = ("N",) * 3 + ("N m",) * 3
+#: Endings of the columns FRAME.fx to FRAME.nz of a log: the wrench of the world on the robot.
+WRENCH_ENDS = ("fx", "fy", "fz", "nx", "ny", "nz")
+
 _UNITS = {
     **dict.fromkeys((*INERTIA, ROTOR, COUPLING_INERTIA), "kg m2"),
     **dict.fromkeys(MOMENT, "kg m"),

@@ -159,6 +159,8 @@ def identify(
     sound = estimate.uses is not None and estimate.uses.simulation.ok
     if model != "auto" and not trusted:
         say(f"try: {again(model='auto', into=f'{into}-auto')}")
+    elif source.floating:
+        pass  # diagnose takes no such robot
     elif any(reason.kind == CHANGED for reason in estimate.suspected):
         since = {"logs": validation, "validation": (), "parameters": str(into)}
         say(f"try: {again('diagnose', into=f'{into}-why', **since)}")

@@ -21,6 +21,7 @@ from symgen.data.raw import (
     CHANNELS,
     COLUMNS,
     DRIVING,
+    FRAMED,
     NAMED,
     NUMBERED,
     ROLES,
@@ -33,6 +34,7 @@ from symgen.data.raw import (
 )
 from symgen.data.units import TIMES, in_si, is_sum, rest_of, split_unit, unit_of
 from symgen.errors import plain
+from symgen.names import WRENCH_ENDS
 
 #: Start of the command that fixes joints; the command line inserts the file name.
 IMPORT = "symgen import FILE "
@@ -151,13 +153,14 @@ def assigned(stored: Sequence[str], file: str, wanted: Wanted) -> tuple[Groups, 
     names = [name.strip() for name in stored]
     wanted = replace(wanted, joints=wanted.reading.joints or wanted.joints)
     texts = _without_units(names)
-    numbered = [(_place(text), name) for text, name in texts.items()]
+    framed = wanted.framed
+    numbered = [(_place(text) or framed.get(text), name) for text, name in texts.items()]
     patterns, matches = {}, []
     for ours, theirs in wanted.reading.pairs.items():
         if "*" in theirs and ours != "t":
             patterns[ours] = theirs
             continue
-        place = _place(ours)
+        place = _place(ours) or framed.get(ours)
         if place is None:
             refuse(f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
         if theirs not in names:
@@ -246,19 +249,34 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
             refuse(f"there is no column {lacking[0]} among {listed(names)}", how)
         if lacking:
             columns.pop(role, None)
+    require_wrenches(columns.get("forces", {}), wanted)
     if "t" not in columns:
         _refuse_without("t", names, columns, wanted)
+    if wanted.n == 0:
+        return
     if "q" not in columns:
         _refuse_without("q1", names, columns, wanted)
     if not columns.keys() & DRIVING:
         _refuse_without("tau1", names, columns, wanted)
     for role, have in columns.items():
+        if role in FRAMED:
+            continue
         if role in BESIDE:  # only some joints may have it
             columns[role] = {j: name for j, name in have.items() if 0 <= j < len(columns["q"])}
         elif sorted(have) != [*range(len(have))]:
             only = ", ".join(f"{role}{j + 1}" for j in sorted(have))
             what = f"of the columns {role}1, {role}2, .. there are only {only}"
             refuse(what, f"{COLUMNS} of all joints")
+
+
+def require_wrenches(have: Pattern, wanted: Wanted) -> None:
+    """Refuse a frame with some of the six columns of its wrench only."""
+    for k, frame in enumerate(wanted.frames):
+        of_frame = range(len(WRENCH_ENDS) * k, len(WRENCH_ENDS) * (k + 1))
+        lacking = [end for j, end in zip(of_frame, WRENCH_ENDS, strict=True) if j not in have]
+        if 0 < len(lacking) < len(WRENCH_ENDS):
+            every = ", ".join(f"{frame}.{end}" for end in WRENCH_ENDS)
+            refuse(f"there is no column {frame}.{lacking[0]}", f"none of a frame, or {every}")
 
 
 def _refuse_without(
@@ -305,7 +323,7 @@ def _matched(
     for role, channel in CHANNELS.items():
         has_torque = "tau" in columns and not wanted.currents
         needless = role in columns or (role == "i" and has_torque)
-        if role not in patterns and (needless or not channel.words):
+        if role not in patterns and (needless or not channel.words or wanted.n == 0):
             continue
         have = columns.get(role, {})
         of_user = {j: name for j, name in have.items() if f"{role}{j + 1}" in wanted.reading.pairs}

@@ -26,6 +26,7 @@ from symgen.data.raw import (
     BESIDE,
     CHANNELS,
     DRIVING,
+    FRAMED,
     KEYS,
     TORQUES,
     VECTORS,
@@ -192,6 +193,9 @@ def make_log(
     duty: npt.ArrayLike | None = None,
     supply: npt.ArrayLike | None = None,
     wrench: npt.ArrayLike | None = None,
+    pose: npt.ArrayLike | None = None,
+    forces: npt.ArrayLike | None = None,
+    touches: npt.ArrayLike | None = None,
 ) -> Log:
     """Make a log from arrays, with the checks of a log file. The arrays are copied.
 
@@ -215,13 +219,20 @@ def make_log(
         supply: (N,) voltage of the supply, V; or None.
         wrench: (N, 6) force, N, and moment, N m, that the arm exerts on its tool, in the frame of
             [sensor]; or None.
+        pose: (N, 7) place of the origin of a base that moves, m, and quaternion qw, qx, qy, qz from
+            its axes to those of the world; or None.
+        forces: (N, 6 F) wrench of the world on each [[frame]] of a robot with a floating base, NaN
+            for frames without; or None.
+        touches: (N, C) 1 where the robot touches its surroundings at each [[contact]], else 0; or
+            None.
 
     Raises:
         LogError: fewer than 10 samples, different shapes, a value that is not finite, time that
             does not increase, a wrong number of joints, or degrees instead of radians.
     """
     arrays = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "qs": qs, "qr": qr,
-             "qdr": qdr, "imu": imu, "u": duty, "supply": supply, "wrench": wrench}  # fmt: skip
+             "qdr": qdr, "imu": imu, "u": duty, "supply": supply, "wrench": wrench,
+             "pose": pose, "forces": forces, "touches": touches}  # fmt: skip
     with located(name):
         try:
             plain_arrays = {
@@ -304,6 +315,9 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     t = read_only(raw.arrays["t"])
     if len(t) < MIN_SAMPLES:
         refuse(f"has {len(t) or 'no'} samples", f"at least {MIN_SAMPLES} samples")
+    if wanted.n == 0:
+        none = np.zeros((len(t), 0))
+        raw = replace(raw, arrays={**raw.arrays, "q": none, "tau": none})
     if not raw.arrays.keys() & DRIVING:
         refuse("has neither torques nor currents nor duty", KEYS)
     _require_finite("t", t[:, None], t, raw.names)
@@ -330,6 +344,9 @@ def checked_log(name: str, raw: Raw, wanted: Wanted, part: bool = False) -> Log:
     missing.setflags(write=False)
     for role in arrays.keys() & VECTORS.keys():
         _require_finite(role, arrays[role], t, raw.names)
+    for role in arrays.keys() & {*FRAMED}:
+        absent = np.isnan(arrays[role]).all(axis=0)
+        _require_finite(role, np.where(absent, 0.0, arrays[role]), t, raw.names)
     channels: dict[str, Any] = {}
     for role, channel in CHANNELS.items():
         channels[channel.key] = arrays.get(role)
@@ -359,6 +376,8 @@ def of_movable_joints(log: Log, wanted: Wanted, part: bool = False) -> Log:
     """
     width = log.q.shape[1]
     kept = wanted.kept(width)
+    if width == wanted.n == 0:
+        return log
     if not kept:
         refuse(*another_number(width, wanted))
     if len(kept) == width:
@@ -369,7 +388,7 @@ def of_movable_joints(log: Log, wanted: Wanted, part: bool = False) -> Log:
     if moving and not part:
         what = f"q{moving[0]} moves, and joint {moving[0]} is fixed in the robot file"
         refuse(what, "a log in which it stands still, or a robot in which it moves")
-    arrays = {key: x for key, x in _arrays(log) if key not in ("t", *VECTORS)}
+    arrays = {key: x for key, x in _arrays(log) if key not in ("t", *VECTORS, *FRAMED)}
     arrays = {key: x.take(kept, axis=1) for key, x in arrays.items()}
     note = f"{log.name}: the columns of fixed joints are not used"
     return _with(replace(log, notes=(*log.notes, note)), arrays)

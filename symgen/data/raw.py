@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symgen.errors import LogError, SymgenError, first_of, plain
+from symgen.names import WRENCH_ENDS
 
 if TYPE_CHECKING:
     from symgen.robot.tables import Drive, LogForm
@@ -38,6 +39,7 @@ class Channel:
             some joints may have it, without gaps.
         words: words for it in the column names of recorders; empty if the user has to name it.
         columns: names of its own columns, without gaps; empty if it has one for each joint.
+        framed: whether its columns are those of frames of the robot: FRAME.fx.
     """
 
     key: str
@@ -45,6 +47,7 @@ class Channel:
     missing: int | None = None
     words: str = ""
     columns: tuple[str, ...] = ()
+    framed: bool = False
 
 
 #: Columns of the motion of the base in its axes: specific force, m/s2, and angular velocity, rad/s.
@@ -52,6 +55,9 @@ IMU = ("fx", "fy", "fz", "wx", "wy", "wz")
 #: Columns of what the arm exerts on its tool, in the axes of the frame of [sensor]: force, N, and
 #: moment about the origin of this frame, N m.
 WRENCH = ("wfx", "wfy", "wfz", "wnx", "wny", "wnz")
+#: Columns of the pose of the base: place of its origin, m, and quaternion from its axes to those of
+#: the world.
+POSE = ("px", "py", "pz", "qw", "qx", "qy", "qz")
 _MOTION = ("angle", "length")
 _SPEED = ("rate", "speed")
 _FORCES = ("force",) * 3 + ("torque",) * 3
@@ -68,17 +74,27 @@ CHANNELS = {
     "supply": Channel("supply", ("voltage",), columns=("supply",)),
     "imu": Channel("imu", (), columns=IMU),
     "wrench": Channel("wrench", _FORCES, columns=WRENCH),
+    "pose": Channel("pose", (), columns=POSE),
+    "forces": Channel("forces", (), framed=True),
+    "touches": Channel("touches", (), framed=True),
 }
 #: Channels of which each gives the torques of a log, and those of which a log has at least one.
 TORQUES = frozenset(role for role in CHANNELS if CHANNELS[role].missing == 2)
 DRIVING = TORQUES | {"qr", "wrench"}
 #: Channels with columns of their own, and the names of these.
 VECTORS = {role: channel.columns for role, channel in CHANNELS.items() if channel.columns}
+#: Channels with columns of frames, FRAME.fx to FRAME.nz or FRAME.contact.
+FRAMED = tuple(role for role, channel in CHANNELS.items() if channel.framed)
 #: Channels that only some joints may have.
-BESIDE = tuple(role for role, x in CHANNELS.items() if x.missing is None and not x.columns)
+BESIDE = tuple(
+    role for role, x in CHANNELS.items() if x.missing is None and not x.columns and not x.framed
+)
+ROLES = ("t", *(role for role in CHANNELS if role not in FRAMED))
 #: Column names with the number of a joint, or of an own column: q1.., qd1.., tau1.., wrench1.., ...
-NUMBERED = re.compile(rf"({'|'.join(sorted(CHANNELS, reverse=True))})(0|[1-9][0-9]*)")
-ROLES = ("t", *CHANNELS)
+NUMBERED = re.compile(rf"({'|'.join(sorted(ROLES[1:], reverse=True))})(0|[1-9][0-9]*)")
+#: Ending of the column of a contact, and names of columns of frames.
+CONTACT_END = "contact"
+_OF_FRAME = re.compile(rf".+\.({'|'.join((*WRENCH_ENDS, CONTACT_END))})")
 #: Column names without the number of a joint -> role, and number among its columns.
 NAMED = {"t": ("t", 1)}
 for _role, _columns in VECTORS.items():
@@ -96,7 +112,7 @@ MASKS = ("rest", "saturation")
 ANGLES = ("deg", "rad")
 TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
-    f"{', '.join(NAMED)}, {', '.join(f'{role}1..' for role in CHANNELS)} ({', '.join(ROLES)} for "
+    f"{', '.join(NAMED)}, {', '.join(f'{role}1..' for role in ROLES[1:])} ({', '.join(ROLES)} for "
     "NPZ; q, qd, tau, i, u for a bag)"
 )
 
@@ -197,7 +213,8 @@ class Reading:
             accepted = "'.' or ',', and not the separator"
             raise LogError(f"--decimal {self.decimal!r}: accepted: {accepted}")
         for ours in self.pairs:
-            if ours not in (*ROLES, *NAMED) and NUMBERED.fullmatch(ours) is None:
+            known = ours in (*ROLES, *NAMED) or NUMBERED.fullmatch(ours)
+            if not (known or _OF_FRAME.fullmatch(ours)):
                 raise LogError(f"--columns: {ours!r} is no column of a log; accepted: {_ROLES}")
         for what, values in (("--columns", self.pairs.values()), ("--joints", self.joints)):
             names = list(values)
@@ -259,6 +276,8 @@ class Wanted:
         sigma: types of the movable joints; empty if all are revolute.
         fixed: numbers of the fixed joints.
         fixes: the value of `import --fix` that holds each movable joint.
+        frames: names of the frames of a robot with a floating base.
+        contacts: names of those where it may touch its surroundings.
     """
 
     reading: Reading
@@ -268,6 +287,8 @@ class Wanted:
     sigma: Sequence[int] = ()
     fixed: Collection[int] = ()
     fixes: Sequence[str] = ()
+    frames: Sequence[str] = ()
+    contacts: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         if self.sigma:
@@ -285,6 +306,14 @@ class Wanted:
         return kept if self.n in (None, len(kept)) else []
 
     @property
+    def framed(self) -> dict[str, tuple[str, int]]:
+        """Role and number of the columns of frames, such as foot.fx."""
+        ends = [f"{frame}.{end}" for frame in self.frames for end in WRENCH_ENDS]
+        flags = [f"{frame}.{CONTACT_END}" for frame in self.contacts]
+        out = {column: ("forces", k) for k, column in enumerate(ends, 1)}
+        return out | {column: ("touches", k) for k, column in enumerate(flags, 1)}
+
+    @property
     def currents(self) -> bool:
         """Whether currents are read."""
         return self.drive is not None and self.drive.torque_constant is not None
@@ -292,8 +321,11 @@ class Wanted:
 
 def wanted_by(robot: Robot, reading: Reading) -> Wanted:
     """Return what to read for a robot."""
+    frames = [frame.name for frame in robot.frames] if robot.floating else []
+    contacts = [contact.frame for contact in robot.contacts]
     return Wanted(
-        reading, robot.drive, robot.joint_names, robot.n, robot.sigma, robot.fixed, robot.fixes
+        reading, robot.drive, robot.joint_names, robot.n, robot.sigma, robot.fixed, robot.fixes,
+        frames, contacts,
     )  # fmt: skip
 
 
@@ -358,6 +390,13 @@ class Log:
         drive_unit: unit of tau if it is the input of the drives, "duty" or "V"; "" for torques in
             N m. Before `joint_side`, it is the unit of duty.
         wrench: (N, 6) wrench on the tool as in WRENCH, or None.
+        pose: (N, 7) pose of the base as in POSE, or None.
+        forces: (N, 6 F) wrench of the world on F frames of a robot with a floating base, in file
+            order: force, N, and moment about the origin of the frame, N m, in its axes. NaN for
+            frames without; or None.
+        touches: (N, C) whether the robot touches its surroundings at its contacts, 0 or 1; NaN for
+            contacts without a column; or None.
+        robot: the robot, if its base moves; None before `open_log`.
     """
 
     name: str
@@ -380,6 +419,10 @@ class Log:
     supply: FloatArray | None = None
     drive_unit: str = ""
     wrench: FloatArray | None = None
+    pose: FloatArray | None = None
+    forces: FloatArray | None = None
+    touches: FloatArray | None = None
+    robot: Robot | None = None
 
 
 def require_shapes(arrays: Mapping[str, Any]) -> None:
@@ -406,8 +449,8 @@ def require_shapes(arrays: Mapping[str, Any]) -> None:
         if columns := VECTORS.get(role):
             if count != len(columns):
                 refuse(f"columns of {role}: {count}", f"{len(columns)}: {', '.join(columns)}")
-        elif count != counts["q"]:
-            what = f"columns of q: {counts['q']}, of {role}: {count}"
+        elif role not in FRAMED and count != counts.get("q"):
+            what = f"columns of q: {counts.get('q', 0)}, of {role}: {count}"
             refuse(what, "as many of q and tau, and of what else there is")
 
 

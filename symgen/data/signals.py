@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, Mask, on_grid, rms, touched
 from symgen.data.raw import FloatArray, read_only, refuse
 from symgen.errors import LogError
+
+if TYPE_CHECKING:
+    from symgen.robot.types import Robot
 
 #: Logs whose time steps vary by more than this share of the median are resampled.
 STEP_TOLERANCE = 0.01
@@ -35,6 +38,8 @@ MARGIN = 5.0
 #: Periods of the cutoff after which the impulse response of `lowpass` is below 1e-10 of its peak.
 TAIL = 9.6
 
+#: Channels of a base that moves.
+_OF_BASE = ("pose", "forces", "touches")
 _SLOW = 10.0  # Hz
 _LOST = 3.0  # steps that jitter or a lost row may take, for every motion
 _BRIDGED = 0.025  # s: a quarter of a period of the highest comparison band
@@ -62,7 +67,7 @@ class Samples:
         piece: whether it is a representative piece of a longer log.
         qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
         command: (N, n) as in `Log`.
-        imu, wrench: (N, 6) as in `Log`.
+        imu, wrench, pose, forces, touches, robot: as in `Log`.
         drive_unit: "" if tau is a torque; "duty" or "V" if it is the input of the drives.
         reference: (N, n) reference of the controller in rad (m), or None.
         duty: (N, n) input of the drives in drive_unit on the joint side, which hold it from its
@@ -87,6 +92,10 @@ class Samples:
     reference: FloatArray | None = None
     duty: FloatArray | None = None
     wrench: FloatArray | None = None
+    pose: FloatArray | None = None
+    forces: FloatArray | None = None
+    touches: FloatArray | None = None
+    robot: Robot | None = None
 
     @property
     def length(self) -> float:
@@ -138,24 +147,40 @@ def comparison_band(logs: Sequence[Samples]) -> float:
 
     It is twice the lowest frequency with 99 % of the power of a joint's speed below it. The joint
     with the largest value over all logs counts, within 2 to 10 Hz. Speeds are central differences
-    of positions below 50 Hz. A piece of a longer log begins and ends during motion, which would
-    widen its spectrum. A Hann window therefore fades its speeds in and out (Welch 1967).
+    of positions below 50 Hz. The turning of a floating base counts like a joint. A piece of a
+    longer log, or a log of such a base, begins and ends during motion, which would widen its
+    spectrum. A Hann window therefore fades its speeds in and out (Welch 1967).
     """
     highest = LOWEST
-    for j in range(logs[0].q.shape[1]):
-        power = sum((_power(s, j) for s in logs), np.zeros(len(_GRID)))
+    paths = [_paths(s) for s in logs]
+    for j in range(paths[0].shape[1]):
+        each = zip(logs, paths, strict=True)
+        power = sum((_power(s, q[:, j]) for s, q in each), np.zeros(len(_GRID)))
         if power[-1] > 0:
             edge = _GRID[np.searchsorted(power, POWER * power[-1])]
             highest = max(highest, 2 * float(edge))
     return min(highest, HIGHEST)
 
 
-def _power(s: Samples, j: int) -> FloatArray:
-    """Return the power of the speed of a joint below each frequency of the grid."""
-    q = smoothed(s.q[:, j], s.step, _SPECTRUM_HZ)
+def _floats(s: Samples) -> bool:
+    return s.robot is not None and s.robot.floating
+
+
+def _paths(s: Samples) -> FloatArray:
+    """Return positions of joints and, of a floating base, angles that turn like it, (N, k)."""
+    if not _floats(s):
+        return s.q
+    if s.imu is None:
+        return s.q if s.pose is None else np.hstack([s.q, 2 * s.pose[:, 3:]])
+    return np.hstack([s.q, s.step * np.cumsum(s.imu[:, 3:], axis=0)])
+
+
+def _power(s: Samples, q: FloatArray) -> FloatArray:
+    """Return the power of the speed of positions q (N,) below each frequency of the grid."""
+    q = smoothed(q, s.step, _SPECTRUM_HZ)
     speed = np.gradient(q, s.step)
     speed = speed - speed.mean()
-    if s.piece:
+    if s.piece or _floats(s):
         fade = np.hanning(len(speed))
         middle = fade @ speed / fade.sum()
         speed = (speed - middle) * fade / rms(fade)
@@ -226,7 +251,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
         log.name, log.t, log.q, qd, log.tau, step, None, tuple(notes), log.qd is None, mask,
         qs=log.qs, command=log.command, imu=log.imu, drive_unit=log.drive_unit,
         reference=log.qr, duty=log.duty,
-        wrench=log.wrench,
+        wrench=log.wrench, pose=log.pose, forces=log.forces, touches=log.touches, robot=log.robot,
     )  # fmt: skip
 
 
@@ -275,7 +300,7 @@ def _resampled(log: Log, times: FloatArray, *, smooth: bool) -> Log:
 
     curve = CubicSpline if smooth else PchipInterpolator
     arrays: dict[str, Any] = {"t": read_only(times)}
-    for key in ("q", "qd", "tau", "command", "qs", "imu", "wrench", "qr", "duty"):
+    for key in ("q", "qd", "tau", "command", "qs", "imu", "wrench", "qr", "duty", *_OF_BASE):
         x = getattr(log, key)
         if x is not None:
             known = np.isfinite(x).all(axis=0)
@@ -493,6 +518,8 @@ def differentiate(x: FloatArray, step: float) -> FloatArray:
     """
     from scipy.interpolate import make_interp_spline
 
+    if not x.size:
+        return x
     degree = max(k for k in (1, 3, 5) if k < max(len(x), 2))
     at = np.arange(len(x))
     return np.asarray(make_interp_spline(at, x, degree).derivative()(at) / step)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from symgen.data.columns import Groups, assigned, with_joints
+from symgen.data.columns import Groups, assigned, require_wrenches, with_joints
 from symgen.data.csv_text import csv_form, read_csv
 from symgen.data.lerobot import (
     CLOCK,
@@ -156,7 +156,7 @@ class ColumnTable:
         chosen = range(begin, end)
         row = int(self.ends[begin - 1]) if begin else 0
         widths = {
-            role: len(self.groups["q"] if role in BESIDE else group)
+            role: len(self.groups["q"]) if role in BESIDE else max(group) + 1
             for role, group in self.groups.items()
         }
         arrays = {role: np.full((last - first, width), np.nan) for role, width in widths.items()}
@@ -394,7 +394,7 @@ class Arrays:
 
 def _forget(x: Any) -> None:
     """Take the rows of a mapped array out of memory; the file keeps them."""
-    if hasattr(mmap, "MADV_DONTNEED"):  # not on Windows
+    if hasattr(mmap, "MADV_DONTNEED") and hasattr(x, "_mmap"):  # not on Windows
         x._mmap.madvise(mmap.MADV_DONTNEED)
 
 
@@ -415,7 +415,8 @@ def _npz(path: Path, wanted: Wanted) -> Arrays:
         refuse("is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
     columns = wanted.reading.pairs
     names = {role: columns.get(role, role) for role in ROLES}
-    content = _content(path, frozenset(names.values()), path.stat().st_mtime_ns)
+    framed = wanted.framed
+    content = _content(path, frozenset([*names.values(), *framed]), path.stat().st_mtime_ns)
     for ours, theirs in columns.items():
         if ours not in ROLES:
             refuse(f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
@@ -424,7 +425,7 @@ def _npz(path: Path, wanted: Wanted) -> Arrays:
     arrays = {role: content[key] for role, key in names.items() if key in content}
     for role in unused_torques(arrays, wanted):
         del arrays[role]
-    for role in ("t", "q", "tau"):
+    for role in ("t", "q", "tau") if wanted.n != 0 else ("t",):
         if role not in arrays and not (role == "tau" and arrays.keys() & DRIVING):
             present = listed([*content])
             refuse(f"there is no array {names[role]} among {present}", KEYS)
@@ -432,8 +433,27 @@ def _npz(path: Path, wanted: Wanted) -> Arrays:
     if len(t.shape) == 2 and 1 in t.shape:  # of MATLAB
         arrays["t"] = t.ravel()
     require_shapes(arrays)
-    used = {names[role] for role in arrays}
+    of_frames = {key: framed[key] for key in content if key in framed}
+    used = {names[role] for role in arrays} | {*of_frames}
+    arrays |= _of_frames(content, of_frames, wanted)
     return Arrays(arrays, tuple(key for key in content if key not in used))
+
+
+def _of_frames(
+    content: Mapping[str, Any], places: Mapping[str, tuple[str, int]], wanted: Wanted
+) -> dict[str, FloatArray]:
+    """Return the arrays of frames, each a column of the file; NaN for frames without."""
+    out: dict[str, FloatArray] = {}
+    for role in {role: None for role, _ in places.values()}:
+        columns = {number - 1: key for key, (of, number) in places.items() if of == role}
+        if role == "forces":
+            require_wrenches(columns, wanted)
+        out[role] = np.full((len(content["t"]), max(columns) + 1), np.nan)
+        for k, key in columns.items():
+            if np.size(content[key]) != len(out[role]):
+                refuse(f"{key} has the shape {content[key].shape}", f"{key} ({len(out[role])},)")
+            out[role][:, k] = np.ravel(content[key])
+    return out
 
 
 @lru_cache(maxsize=1)

@@ -75,7 +75,7 @@ from symgen.policy import CHIEFLY, LEAST, MISFIT, WORTH
 from symgen.robot.effect import RECORDER, definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import Robot
+from symgen.robot.types import Robot, require_base
 from symgen.runtime.evaluator import Evaluator, load_model
 
 _LISTED = 12  # largest number of listed rejected candidates
@@ -129,6 +129,7 @@ def diagnose(
         IdentificationError: the logs do not determine the parameters.
     """
     source = read_robot(robot)
+    require_base(source, "diagnose", "symgen identify, or base = 'fixed' or 'imu'")
     library = dict.fromkeys((*definitions(), *(s.effect.name for s in source.sought)))
     unknown = [name for name in effects or () if name not in library]
     if unknown:

@@ -9,7 +9,7 @@ neighbouring rows contains it. Its covariance is a separate term.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -40,11 +40,31 @@ def bartlett(scores: FloatArray, lag: int) -> FloatArray:
     return meat
 
 
+def long_run(parts: Iterable[tuple[FloatArray, int, bool]]) -> Iterator[FloatArray]:
+    """Yield the long-run covariance sums (p, p) of scores.
+
+    Args:
+        parts: scores (K, p), number of rows to sum over, and whether their errors are correlated
+            with those of the part before, of the same samples. The scores of a sample are then
+            added first.
+    """
+    total, lag = np.zeros((0, 0)), 1
+    for scores, rows, shared in parts:
+        if shared and total.shape == scores.shape:
+            total = total + scores
+            continue
+        if total.size:
+            yield bartlett(total, lag)
+        total, lag = scores, rows
+    if total.size:
+        yield bartlett(total, lag)
+
+
 def summed_scores(scores: Iterable[FloatArray], parts: Sequence[Summary]) -> FloatArray:
     """Return the long-run covariance sum (p, p) of the scores of all logs, (K, p) each."""
     pairs = zip(scores, parts, strict=True)
-    sums = [bartlett(s, part.lag) for s, part in pairs]
-    return np.asarray(np.sum(sums, axis=0))
+    sums = long_run((s, part.lag, part.shared) for s, part in pairs)
+    return np.asarray(np.sum([*sums], axis=0))
 
 
 def robust_covariance(

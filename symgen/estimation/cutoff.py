@@ -57,6 +57,8 @@ def find_rests(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
         sigma: (n,) types of the joints.
     """
     slow = rest_speeds(logs, sigma)
+    if not sigma:
+        return None
     if not any(resting(s.q, s.step, slow).any() for s in logs):
         return None
     return Rests(tuple(map(float, slow)), (_FIRST,) * len(slow))
@@ -82,6 +84,7 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
         for j, of_joint in enumerate(used.T):
             errors, rests = error[of_joint, j], rest[of_joint, j]
             weight[j] = rest_weight(errors, rests)
+    weight = weight[len(weight) - len(band.rests.slow) :]  # the base has none
     return replace(band, rests=replace(band.rests, weight=tuple(weight.tolist())))
 
 

@@ -73,12 +73,23 @@ class Features:
         return np.asarray(powers[:, None])
 
     def in_band(self, nodes: Nodes) -> FloatArray:
-        """Return the functions in the comparison band, (K, n, 2 WAVES).
+        """Return the functions in the comparison band, (K, m, 2 WAVES).
+
+        The equations of a floating base have the smooth functions only.
 
         Args:
             nodes: a log in the band of the run, at its nodes.
         """
-        return nodes.modelled(lambda q, qd, *_: self(q, qd))
+        return nodes.modelled(lambda q, qd, *_: self._of_equations(q, qd, nodes.base_rows))
+
+    def _of_equations(self, q: FloatArray, qd: FloatArray, base_rows: int) -> FloatArray:
+        """Return the functions of all equations, (k, m, 2 WAVES)."""
+        of_joints = self(q, qd)
+        if not base_rows:
+            return of_joints
+        smooth = np.tile(np.arange(WAVES) < WAVES - RUBS, 2)
+        of_base = np.repeat(of_joints[:, :1] * smooth, base_rows, axis=1)
+        return np.concatenate([of_base, of_joints], axis=1)
 
 
 def mixtures() -> FloatArray:
@@ -117,5 +128,5 @@ def features_of(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> Features:
     moving = np.isin(np.arange(len(sigma)), moving_joints([log.qd for log in logs], sigma))
     spread = np.where(np.tile(moving, 2), states.std(axis=0), np.inf)
     scale = 1 / np.where(spread > 0, spread, np.inf)
-    size = np.sqrt(np.mean(np.concatenate([np.square(log.tau) for log in logs]), axis=0))
+    size = np.sqrt(np.mean(np.concatenate([np.square(log.samples.tau) for log in logs]), axis=0))
     return Features(*(tuple(map(float, x)) for x in (states.mean(axis=0), scale, size)))

@@ -12,14 +12,22 @@ import numpy as np
 from symgen.data.mask import Bools, Mask, resting, touched
 from symgen.data.raw import Places
 from symgen.data.signals import (
+    MARGIN,
     Samples,
     comparison_band,
     differentiate,
     lowpass,
     lowpass_and_slopes,
+    smoothed,
 )
 from symgen.estimation.band import Band
 from symgen.estimation.decimation import BLOCK, Decimation, decimation
+from symgen.estimation.floating import (
+    base_motion,
+    contact_jacobian,
+    measured_forces,
+    projected,
+)
 from symgen.estimation.values import FloatArray
 
 #: Nodes at which models are evaluated, per period of the highest frequency of interest.
@@ -43,12 +51,16 @@ class Nodes:
     Attributes:
         rows: low-pass of the comparison band on these nodes.
         motion: the arrays of `FilteredLog.motion`, (nodes, n).
-        weight: (nodes, n) weight; None without a mask.
+        weight: (nodes, m) weight; None without a mask.
+        contacts: (nodes, c, m) velocities that unknown forces keep at zero; None without any.
+        base_rows: number of equations of a floating base.
     """
 
     rows: Decimation
     motion: tuple[FloatArray, ...]
     weight: FloatArray | None
+    contacts: FloatArray | None = None
+    base_rows: int = 0
 
     def modelled(self, model: Callable[..., FloatArray], block_size: int = BLOCK) -> FloatArray:
         """Return a model along the log, in the comparison band at the kept samples, (K, ...).
@@ -60,6 +72,8 @@ class Nodes:
 
         def at(first: int, last: int) -> FloatArray:
             modelled = model(*(x[first:last] for x in self.motion))
+            if self.contacts is not None:
+                modelled = projected(modelled, self.contacts[first:last])
             return modelled if self.weight is None else _weighed(modelled, self.weight[first:last])
 
         return self.rows.filtered(at, block_size)
@@ -75,8 +89,10 @@ class FilteredLog:
         q: (N, n) positions below the cutoff, rad (m).
         qd: (N, n) speeds below it: measured, or the derivative of q.
         slopes: speeds and their derivatives, both from the filter; None without a filter.
-        base: specific force, angular velocity and acceleration of a base with an IMU, (N, 3) each,
+        base: specific force, angular velocity and acceleration of a base that moves, (N, 3) each,
             through the filter of the speeds; empty for a base at rest.
+
+    A floating base has six equations, before those of the joints: m = n + 6. Else m = n.
     """
 
     samples: Samples
@@ -97,19 +113,51 @@ class FilteredLog:
         return self.samples.t
 
     @property
+    def base_rows(self) -> int:
+        """Number of equations of a floating base."""
+        robot = self.samples.robot
+        return len(robot.free) if robot is not None else 0
+
+    @property
+    def width(self) -> int:
+        """Number of equations, m."""
+        joints: int = self.q.shape[1]
+        return self.base_rows + joints
+
+    @cached_property
     def tau(self) -> FloatArray:
-        """(N, n) measured torque, N m (N), not filtered."""
-        return self.samples.tau
+        """(N, m) measured torque, N m (N), not filtered. On a floating base, it has the forces on
+        the links, and unknown ones are projected out.
+        """
+        return measured_forces(self.samples, self._places) if self.base_rows else self.samples.tau
+
+    @cached_property
+    def _places(self) -> FloatArray:
+        """Positions for Jacobians, which are the same for every cutoff, (N, n)."""
+        return smoothed(self.samples.q, self.step, MARGIN * self.band.comparison_hz)
+
+    def contacts(self, stride: int = 1) -> FloatArray | None:
+        """Return the Jacobian of contacts with unknown forces, at every `stride`-th sample."""
+        if self.samples.touches is None:
+            return None
+        every = slice(None, None, stride)
+        return contact_jacobian(self.samples.cut(every), self._places[every])
 
     @property
     def step(self) -> float:
         """Sampling step, s."""
         return self.samples.step
 
-    @property
+    @cached_property
     def mask(self) -> Mask | None:
-        """The samples that no equation may use."""
-        return self.samples.mask
+        """The samples that no equation may use, (N, m). On a floating base, all equations of a
+        sample have one mask.
+        """
+        mask = self.samples.mask
+        if mask is None or not self.base_rows:
+            return mask
+        any_row = mask.robot | mask.joint.any(axis=1)
+        return Mask(np.repeat(any_row[:, None], self.width, axis=1), mask.robot)
 
     @cached_property
     def unmasked(self) -> FilteredLog:
@@ -120,12 +168,14 @@ class FilteredLog:
 
     @cached_property
     def at_rest(self) -> Bools | None:
-        """Whether joints stand still, (N, n); None if none does."""
+        """Whether joints stand still, (N, m); None if none does."""
         rests = self.band.rests
         if rests is None:
             return None
         at_rest = resting(self.samples.q, self.step, np.array(rests.slow))
-        return at_rest if at_rest.any() else None
+        if not at_rest.any():
+            return None
+        return np.pad(at_rest, ((0, 0), (self.base_rows, 0))) if self.base_rows else at_rest
 
     def nodes(self, stride: int) -> tuple[FloatArray, FloatArray]:
         """Return positions and speeds of every `stride`-th sample."""
@@ -240,7 +290,8 @@ class FilteredLog:
         rows = self.rows if stride is None else replace(self.rows, stride=stride)
         every = self.stride if stride is None else stride
         motion = tuple(np.ascontiguousarray(x[::every]) for x in self.motion)
-        return Nodes(rows, motion, None if self.weight is None else self.weight[::every])
+        weight = None if self.weight is None else self.weight[::every]
+        return Nodes(rows, motion, weight, self.contacts(every), self.base_rows)
 
     @cached_property
     def resting(self) -> Bools | None:
@@ -257,14 +308,15 @@ class FilteredLog:
             resting: (K, n) whether a rest affects a row; None, for a weight of one, without rests.
         """
         if resting is None or self.band.rests is None:
-            return np.ones((1, self.tau.shape[1]))
-        return np.where(resting, self.band.rests.weight, 1.0)
+            return np.ones((1, self.width))
+        weight = (*(1.0,) * self.base_rows, *self.band.rests.weight)
+        return np.where(resting, weight, 1.0)
 
     @cached_property
     def clear(self) -> Bools:
         """Whether a sample is a period of the comparison band away from the mask, (N, n)."""
         if self.mask is None:
-            return np.ones(self.q.shape, dtype=bool)
+            return np.ones((len(self.q), self.width), dtype=bool)
         return ~self.mask.near(self.reach)
 
     @property
@@ -276,7 +328,7 @@ class FilteredLog:
     def free(self) -> Bools:
         """Whether a kept sample of a joint is out of the reach of the mask, (K, n)."""
         if self.weight is None:
-            return np.ones((len(self.kept), self.tau.shape[1]), dtype=bool)
+            return np.ones((len(self.kept), self.width), dtype=bool)
         weight = self.weight
         if self.rows.cutoff is None:
             return weight[self.kept] > _HARDLY
@@ -324,20 +376,6 @@ def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> Fil
         qd, qdd = lowpass_and_slopes(samples.qd, samples.step, band.cutoff_hz, 1)
     qd = np.where(np.abs(qd) < _STANDS, 0.0, qd)
     return FilteredLog(samples, band, q, qd, None if qdd is None else (qd, qdd), base)
-
-
-def base_motion(samples: Samples, band: Band) -> tuple[FloatArray, ...]:
-    """Return specific force, angular velocity and acceleration of the base, (N, 3) each.
-
-    They pass the filter of the speeds. Without an IMU, there are none.
-    """
-    if samples.imu is None:
-        return ()
-    force, w = np.hsplit(samples.imu, 2)
-    if not band.filters(samples.step):
-        return force, w, differentiate(w, samples.step)
-    force = lowpass(force, samples.step, band.cutoff_hz)
-    return force, *lowpass_and_slopes(w, samples.step, band.cutoff_hz, 1)
 
 
 def unfiltered(samples: Samples) -> FilteredLog:

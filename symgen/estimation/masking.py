@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -13,8 +14,12 @@ from symgen.data.signals import Samples
 from symgen.errors import LogError
 from symgen.estimation.band import rest_speeds
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.floating import HALF
 from symgen.estimation.system import Rows
 from symgen.robot.types import Robot
+
+#: Time before and after a change of contacts that is masked, s.
+_BEFORE, _AFTER = 0.02, 0.05
 
 
 def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Samples:
@@ -64,6 +69,23 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
     return replace(samples.masked(joint, all_joints), notes=(*samples.notes, *texts))
 
 
+def without_changes(samples: Samples) -> Samples:
+    """Mask the samples around changes of contacts: impacts, and errors of the flags in time."""
+    if samples.touches is None:
+        return samples
+    flags = samples.touches > HALF
+    changes = np.flatnonzero(np.diff(flags, axis=0).any(axis=1))
+    masks = np.zeros(len(samples.t), dtype=bool)
+    before, after = (math.ceil(span / samples.step) for span in (_BEFORE, _AFTER))
+    for k in changes:
+        masks[max(k + 1 - before, 0) : k + 1 + after] = True
+    if not masks.any():
+        return samples
+    joints = np.repeat(masks[:, None], samples.q.shape[1], axis=1)
+    note = f"{samples.name}: {len(changes)} changes of contacts are masked"
+    return replace(samples.masked(joints, masks), notes=(*samples.notes, note))
+
+
 def _shares(flags: Bools, robot: Robot, what: str) -> str:
     """Return a text with the share of flagged samples of each joint."""
     counts = ", ".join(
@@ -83,7 +105,8 @@ def require_equations(log: FilteredLog | Samples, rows: Rows, robot: Robot) -> N
     counts = np.count_nonzero(rows.weight, axis=0)
     for j, count in enumerate(counts.tolist() if log.mask is not None else ()):
         if count < MIN_SAMPLES:
-            whose = "" if rows.energy else f" of {robot.listed([j])}"
+            j -= len(robot.free)
+            whose = "" if rows.energy else f" of {robot.listed([j])}" if j >= 0 else " of the base"
             raise LogError(
                 f"{log.name}: --mask leaves {count} equations{whose}; accepted: at least "
                 f"{MIN_SAMPLES}, so a shorter window, a higher cutoff, or no mask"

@@ -23,11 +23,22 @@ from symgen.data.log import (
 from symgen.data.long_logs import Source as Source
 from symgen.data.long_logs import only_log
 from symgen.data.mask import rms
-from symgen.data.raw import IMU, WRENCH, Reading, read_only, refuse, roles_with_unit, wanted_by
+from symgen.data.raw import (
+    CONTACT_END,
+    IMU,
+    POSE,
+    WRENCH,
+    Bools,
+    Reading,
+    read_only,
+    refuse,
+    roles_with_unit,
+    wanted_by,
+)
 from symgen.data.signals import Samples, interpolated, noise_of_differences
 from symgen.errors import LogError, located
 from symgen.estimation.values import FloatArray
-from symgen.names import PRISMATIC
+from symgen.names import PRISMATIC, WRENCH_ENDS
 from symgen.policy import COPIED, EQUAL
 from symgen.robot.tables import Limits
 from symgen.robot.types import Robot
@@ -35,6 +46,9 @@ from symgen.robot.types import Robot
 _TORQUES = (1e-9, 1e9)  # N m or N
 #: Usual specific force of a base, m/s2. It excludes readings in g, without gravity, or in mm/s2.
 _WEIGHT = (3.0, 100.0)
+#: Largest error of the norm of a quaternion.
+_UNIT = 0.01
+_SIX = len(WRENCH_ENDS)
 _ABOVE = 1.05  # torque over its limit that gives a note
 _USUALLY = 0.99  # quantile of the speed, without outliers
 #: Share of each log that is held out without a validation log.
@@ -87,11 +101,7 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     with located(log.name):
         _require_within(log, robot, reading)
         log = with_servo_torques(log, robot.controller, robot.drive)
-        if robot.floating or robot.mount is not None:
-            accepted = "base = 'imu' or 'fixed', with f and w of the origin of frame 0"
-            refuse("is of a robot with a floating base or with [base]", accepted)
-        if robot.imu:
-            _require_base_motion(log)
+        log = with_base(log, robot)
         if reading.wrench and log.wrench is None:
             refuse("lacks the wrench of the sensor", f"columns {', '.join(WRENCH)}, N and N m")
         if reading.wrench or reading.open_windings:
@@ -103,29 +113,99 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
             refuse(what, "with torque_constant in [drive] of the robot file")
         tau = log.tau.copy()
         tau[:, robot.passive] = 0.0  # the joint has no drive
-        largest = float(np.abs(tau).max())
+        largest = float(np.abs(tau).max(initial=0.0))
         # no parameter can be estimated from such torques
-        if not _TORQUES[0] < largest < _TORQUES[1]:
+        if robot.n and not _TORQUES[0] < largest < _TORQUES[1]:
             refuse(
                 f"the largest torque is {largest:.3g}",
                 f"{log.drive_unit or 'N m or N'}, between {_TORQUES[0]:g} and {_TORQUES[1]:g}",
             )
-    beyond = () if log.drive_unit else _beyond_torque(tau, robot, log.name)
+    beyond = () if log.drive_unit or not robot.n else _beyond_torque(tau, robot, log.name)
     notes = dict.fromkeys((*log.notes, *beyond))
-    imu = log.imu if robot.imu else None
-    return replace(log, tau=read_only(tau), notes=tuple(notes), imu=imu)
+    return replace(log, tau=read_only(tau), notes=tuple(notes))
 
 
-def _require_base_motion(log: Log) -> None:
+def with_base(log: Log, robot: Robot) -> Log:
+    """Return a log with what its equations need of the base, and without other columns of it.
+
+    Raises:
+        LogError: a column is missing, or has other units.
+    """
+    if not robot.imu:
+        return replace(log, imu=None, pose=None, forces=None, touches=None)
+    log = replace(log, robot=robot)
+    if log.imu is None and log.pose is not None:
+        log = replace(log, pose=_steady(log.pose))
+    else:
+        log = replace(log, pose=None)
+        _require_imu(log, robot)
+    if not robot.floating:
+        return replace(log, forces=None, touches=None)
+    return _with_forces(log, robot)
+
+
+def _steady(pose: FloatArray) -> FloatArray:
+    """Return a pose with quaternions of norm 1, whose sign does not jump.
+
+    Raises:
+        LogError: a norm differs from 1 by more than 1 %.
+    """
+    Q = pose[:, 3:]
+    norm = np.linalg.norm(Q, axis=1)
+    k = int(np.argmax(np.abs(norm - 1)))
+    if abs(norm[k] - 1) > _UNIT:
+        refuse(f"qw to qz have the norm {norm[k]:.4g} in sample {k}", "a norm within 1 % of 1")
+    turns = np.sum(Q[1:] * Q[:-1], axis=1) < 0
+    sign = np.cumprod(np.append(1.0, np.where(turns, -1.0, 1.0)))
+    return read_only(np.hstack([pose[:, :3], Q * (sign / norm)[:, None]]))
+
+
+def _with_forces(log: Log, robot: Robot) -> Log:
+    """Return a log of a robot with a floating base, with flags of all of its contacts.
+
+    A contact with a measured wrench has no unknown force.
+
+    Raises:
+        LogError: a contact has neither its wrench nor its column.
+    """
+    count, frames = len(log.t), [frame.name for frame in robot.frames]
+    forces = np.full((count, 0), np.nan) if log.forces is None else log.forces
+    touches = np.full((count, 0), np.nan) if log.touches is None else log.touches
+    known = {*np.array(frames)[: forces.shape[1] // _SIX][_present(forces[:, ::_SIX])]}
+    have = _present(touches)
+    flags = np.zeros((count, len(robot.contacts)))
+    for k, contact in enumerate(robot.contacts):
+        name = contact.frame
+        if k >= len(have) or not have[k]:
+            if name in known:
+                continue
+            every = f"{name}.{', '.join(WRENCH_ENDS)}"
+            what = f"lacks the column {name}.{CONTACT_END}, 1 where this contact touches and else 0"
+            refuse(what, f"this column, or {every} of its force, or a robot file without it")
+        flags[:, k] = touches[:, k]
+    return replace(
+        log,
+        forces=log.forces if known else None,
+        touches=read_only(flags) if flags.any() else None,
+    )
+
+
+def _present(columns: FloatArray) -> Bools:
+    """Return which columns have values."""
+    return np.asarray(~np.isnan(columns).all(axis=0))
+
+
+def _require_imu(log: Log, robot: Robot) -> None:
     """Refuse a log that lacks the motion of the base, or has its specific force in other units."""
     if log.imu is None:
         refuse(
             "lacks the motion of the base, which moves according to the robot file",
             f"columns {', '.join(IMU)} in m/s2 and rad/s, in the axes of the base (imu (N, 6) "
-            "for NPZ), or a robot file without base = 'imu'",
+            f"for NPZ), or {', '.join(POSE)}, or a robot file without base = {robot.base!r}",
         )
     usual = float(np.median(np.linalg.norm(log.imu[:, :3], axis=1)))
-    if not _WEIGHT[0] < usual < _WEIGHT[1]:
+    flies = robot.floating and log.forces is None and log.touches is None
+    if not (_WEIGHT[0] < usual or flies) or usual > _WEIGHT[1]:
         what = f"the specific force of the base, fx to fz, is {usual:.3g} for half of the log"
         refuse(what, "m/s2, gravity included: about 9.81 at rest, as an accelerometer shows")
 
@@ -212,7 +292,7 @@ def require_other_data(train: Sequence[Samples], held_out: Sequence[Samples]) ->
     """
     logs = [*train, *held_out]
     for k, other in enumerate((*train, *held_out)):
-        for log in train[:k]:
+        for log in train[:k] if other.q.size else []:
             for direction in (1, -1):
                 then = direction * other.t + _shift(log, other, direction)
                 pairs = (log.tau, other.tau), (log.q, other.q)

@@ -47,6 +47,7 @@ class Summary:
         correlation: rows that share samples.
         joint: position of the joint, None for energy.
         features: F'[W F y] of random functions F of the state, (m, p + m + 1); None without any.
+        shared: as in `Equations`.
     """
 
     factor: FloatArray
@@ -54,6 +55,7 @@ class Summary:
     correlation: int = 1
     joint: int | None = None
     features: FloatArray | None = None
+    shared: bool = False
 
     @property
     def lag(self) -> int:
@@ -88,7 +90,7 @@ def summarise(e: Equations) -> Summary:
     if F is not None:
         features = F.T @ np.column_stack([e.W, F, e.y])
     factor = triangle(np.column_stack([e.W, e.y]))
-    return Summary(factor, e.rows, e.correlation, e.joint, features)
+    return Summary(factor, e.rows, e.correlation, e.joint, features, e.shared)
 
 
 def summaries(equations: Iterable[Equations]) -> list[Summary]:

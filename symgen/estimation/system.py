@@ -30,6 +30,7 @@ from symgen.data.mask import untouched
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog, Nodes, spans_of
+from symgen.estimation.floating import projected
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import over_windows, place_windows, rates_only, window_rows
 from symgen.runtime.evaluator import Evaluator
@@ -53,6 +54,8 @@ class Equations:
         joint: position of the joint, None for energy.
         Z: (k, p) instruments, or None.
         features: (k, f) random functions of the state, or None.
+        shared: whether its errors are correlated with those of the equations before, of the same
+            samples.
     """
 
     W: FloatArray
@@ -61,6 +64,7 @@ class Equations:
     joint: int | None = None
     Z: FloatArray | None = None
     features: FloatArray | None = None
+    shared: bool = False
 
     @property
     def rows(self) -> int:
@@ -103,6 +107,8 @@ class Rows:
         Z: (K, m, p) instruments: the same rows along a motion without the noise in W.
         features: (K, m, f) random functions of the state along the rows, see `features.py`; None if
             the misfit is not estimated.
+        shared: whether the errors of the equations of a sample are correlated, as on a floating
+            base: noise of its motion and projected noise are in all of them.
     """
 
     names: tuple[str, ...]
@@ -114,6 +120,7 @@ class Rows:
     energy: bool = False
     Z: FloatArray | None = None
     features: FloatArray | None = None
+    shared: bool = False
 
     @property
     def count(self) -> int:
@@ -148,7 +155,8 @@ class Rows:
         Z = None if self.Z is None else of(self.Z)
         features = None if self.features is None else of(self.features)
         joint = None if self.energy else j
-        return Equations(of(self.W), of(self.y), correlation, joint, Z, features)
+        shared = self.shared and j > 0
+        return Equations(of(self.W), of(self.y), correlation, joint, Z, features, shared)
 
     def with_regressor(self, W: FloatArray) -> Rows:
         """Return the rows with another regressor, (K, m, p); numbers name its columns."""
@@ -250,13 +258,19 @@ def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> Float
         X: (p,) parameters.
         motion: the arrays of `FilteredLog.motion`, k states.
     """
-    joints, base = motion[:3], motion[3:]
+    joints, base = kernel_inputs(motion[:3]), motion[3:]
     return np.asarray(evaluator["inverse_dynamics"](*joints, X, *base))
 
 
+def kernel_inputs(motion: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the arrays of a motion that kernels take: a robot without joints has no q."""
+    return [x for x in motion if x.shape[1]]
+
+
 def torque_along(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
-    """Return the model's torque along a log at the full rate, (N, n)."""
-    return torque_at(evaluator, X, *map(np.ascontiguousarray, log.motion))
+    """Return the model's torque along a log at the full rate, (N, m), as measured in `log.tau`."""
+    torque = torque_at(evaluator, X, *map(np.ascontiguousarray, log.motion))
+    return projected(torque, log.contacts())
 
 
 def torque_columns(
@@ -273,7 +287,7 @@ def torque_columns(
         motion: the arrays of `FilteredLog.motion`, N samples.
         X: (p,) at which the model's torque is taken; None leaves out these columns.
     """
-    W: FloatArray = evaluator["torque_regressor"](*motion)
+    W: FloatArray = evaluator["torque_regressor"](*kernel_inputs(motion))
     base = evaluator.model.base
     if X is None or base.linear == len(base.parameters):
         return W
@@ -296,17 +310,18 @@ def torque_rows(evaluator: Evaluator, nodes: Nodes, X: FloatArray | None = None)
         X: (p,) at which effects use the model's torque, see `torque_columns`.
     """
     base = evaluator.model.base
-    if nodes.weight is not None or (X is not None and base.linear < len(base.parameters)):
+    changed = nodes.weight is not None or nodes.contacts is not None
+    if changed or (X is not None and base.linear < len(base.parameters)):
         return nodes.modelled(lambda *motion: torque_columns(evaluator, motion, X))
     kernel = evaluator["torque_regressor"]
     filled = list(kernel.kernel.filled[0])
 
     def entries(*motion: FloatArray) -> FloatArray:
-        return np.asarray(kernel(*motion)).reshape(len(motion[0]), -1)[:, filled]
+        return np.asarray(kernel(*kernel_inputs(motion))).reshape(len(motion[0]), -1)[:, filled]
 
     out: FloatArray = np.zeros((len(nodes.rows.kept), kernel.kernel.size))
     out[:, filled] = nodes.modelled(entries)
-    return out.reshape(len(out), evaluator.model.robot.n, -1)
+    return out.reshape(len(out), len(evaluator.model.robot.kinds), -1)
 
 
 def torque_filling(
@@ -319,13 +334,13 @@ def torque_filling(
     t, nodes = log.compared_t, log.at_nodes()
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
     weight = log.rest_weight(log.resting) * log.free
-    extents = (Extent(len(y), correlation),)
+    extents, shared = (Extent(len(y), correlation),), log.base_rows > 0
 
     def filled(evaluator: Evaluator, features: Features | None) -> Rows:
         W = torque_rows(evaluator, nodes, X)
         F = None if features is None else features.in_band(nodes)
         names = evaluator.model.base.names[: W.shape[2]]
-        return Rows(names, W, y, t, weight, extents, features=F)
+        return Rows(names, W, y, t, weight, extents, features=F, shared=shared)
 
     return filled
 

@@ -3,7 +3,7 @@
     per_joint_j = ||tau_j - model_j|| / ||tau_j||,   relative = the same over all joints stacked
 
 Forces and torques are not added: if a robot has prismatic and revolute joints, `relative` is the
-larger of the errors of both kinds.
+larger of the errors of both kinds. A floating base adds two kinds: its forces, and its moments.
 
 Positions and speeds are filtered at the cutoff of the run, both torques at the comparison band.
 """
@@ -18,12 +18,13 @@ from functools import partial
 import numpy as np
 
 from symgen.data.mask import Bools
+from symgen.data.raw import Places
 from symgen.errors import LogError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations, torque_at
 from symgen.estimation.values import FloatArray, Residual, Trace
-from symgen.names import PRISMATIC, REVOLUTE
+from symgen.names import BASE_FORCE, BASE_KINDS, BASE_MOMENT, REVOLUTE
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -39,11 +40,11 @@ class TorqueFit:
     """Measured and modelled torque of some logs in the comparison band.
 
     Attributes:
-        error: (n,) sum of the squares of measured minus modelled torque.
-        size: (n,) sum of the squares of the measured one.
+        error: (m,) sum of the squares of measured minus modelled torque.
+        size: (m,) sum of the squares of the measured one.
         traces: both torques, log by log.
-        rest: (2, n) the parts of error and size from joints at rest.
-        sigma: (n,) types of the joints; empty for a fit that is added to another.
+        rest: (2, m) the parts of error and size from joints at rest.
+        sigma: (m,) kinds of the equations; empty for a fit that is added to another.
     """
 
     error: FloatArray
@@ -63,9 +64,9 @@ class TorqueFit:
 
     @classmethod
     def none(cls, robot: Robot) -> TorqueFit:
-        """Return an empty fit for the joints of a robot."""
-        n = robot.n
-        return cls(np.zeros(n), np.zeros(n), (), np.zeros((2, n)), robot.sigma)
+        """Return an empty fit for the equations of a robot."""
+        m = len(robot.kinds)
+        return cls(np.zeros(m), np.zeros(m), (), np.zeros((2, m)), robot.kinds)
 
     @property
     def in_motion(self) -> TorqueFit:
@@ -137,36 +138,46 @@ def relative_error(
 
     Args:
         error, size: (m,) sums of squares.
-        sigma: (m,) types of the joints; the total is the larger of the errors of both types. Empty
-            if all sums have one unit.
+        sigma: (m,) kinds of the equations; the total is the largest of the errors of all kinds.
+            Empty if all sums have one unit.
         by_joint: whether there is one sum for each joint.
     """
-    kind_size = size_of_kind(size, sigma)
+    kind_size, kinds = size_of_kind(size, sigma), _kinds(sigma, len(size))
     counted = (size > 0) | ~size.any()
     parts = np.where(counted, error / kind_size, 0.0)
-    slides = _slides(sigma, len(size))
+    totals = {k: float(parts[kinds == k].sum()) for k in sorted({*kinds.tolist()})}
     # np.max keeps NaN, which is an unknown noise floor.
-    total = math.sqrt(float(np.max([parts[slides].sum(), parts[~slides].sum()])))
+    total = math.sqrt(float(np.max([0.0, *totals.values()])))
     of_others = np.where(kind_size > _NOTHING, kind_size, max(float(size.sum()), _NOTHING))
     each = np.sqrt(error / np.where(size > 0, size, of_others))
-    return Residual(total, tuple(map(float, each)) if by_joint else None)
+    out = Residual(total, tuple(map(float, each)) if by_joint else None)
+    if BASE_FORCE not in totals:
+        return out
+    flies = not size[: len(BASE_KINDS)].any()  # nothing to compare with
+    of_base = totals.pop(BASE_FORCE), totals.pop(BASE_MOMENT)
+    force, moment = (math.nan if flies else math.sqrt(part) for part in of_base)
+    joints = math.sqrt(float(np.max([0.0, *totals.values()])))
+    each = each[len(BASE_KINDS) :]
+    return Residual(total, tuple(map(float, each)), force, moment, joints)
 
 
-def _slides(sigma: Sequence[int], count: int) -> Bools:
-    """Return which joints are prismatic, (count,); none if `sigma` is empty."""
-    return np.asarray(np.array(sigma or [REVOLUTE] * count) == PRISMATIC)
+def _kinds(sigma: Sequence[int], count: int) -> Places:
+    """Return the kinds of equations, (count,); all are revolute if `sigma` is empty."""
+    return np.array(sigma or [REVOLUTE] * count, dtype=np.int64)
 
 
 def size_of_kind(size: FloatArray, sigma: Sequence[int] = ()) -> FloatArray:
-    """Return for each joint the sum of the sizes of all joints of its kind, (m,).
+    """Return for each equation the sum of the sizes of all equations of its kind, (m,).
 
     Args:
         size: (m,) sums of squares of the torque.
-        sigma: (m,) types of the joints; empty if all have one unit.
+        sigma: (m,) kinds of the equations; empty if all have one unit.
     """
-    slides = _slides(sigma, len(size))
-    sums = np.where(slides, size[slides].sum(), size[~slides].sum())
-    return np.asarray(np.maximum(sums, _NOTHING))
+    kinds = _kinds(sigma, len(size))
+    sums = np.zeros(len(size))
+    for kind in {*kinds.tolist()}:
+        sums[kinds == kind] = size[kinds == kind].sum()
+    return np.maximum(sums, _NOTHING)
 
 
 def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Residual:

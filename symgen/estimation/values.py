@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, NamedTuple
 import numpy as np
 
 from symgen.data.raw import FloatArray as FloatArray
-from symgen.schemas import BESIDE, OrNan, Size, SizeOrNan, at
+from symgen.schemas import BESIDE, OPTIONAL, OrNan, Size, SizeOrNan, at
 
 #: Seed of all random draws.
 SEED = 1988
@@ -39,10 +39,20 @@ class Reason:
 
 @dataclass(frozen=True)
 class Residual:
-    """Relative residual ||y - W X|| / ||y||, total and for each joint if equations have one."""
+    """Relative residual ||y - W X|| / ||y||, total and for each joint if equations have one.
+
+    Attributes:
+        relative: total, the largest of those of unlike units.
+        per_joint: of each joint, or None.
+        base_force, base_moment, joints: of the forces on a floating base, of the moments on it, and
+            of the joints; None for other bases.
+    """
 
     relative: SizeOrNan
     per_joint: tuple[SizeOrNan, ...] | None = None
+    base_force: Annotated[SizeOrNan | None, OPTIONAL] = None
+    base_moment: Annotated[SizeOrNan | None, OPTIONAL] = None
+    joints: Annotated[SizeOrNan | None, OPTIONAL] = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from symgen.data.signals import (
 )
 from symgen.data.units import plausible_units
 from symgen.errors import IdentificationError, LogError, plain
-from symgen.estimation.masking import masked
+from symgen.estimation.masking import masked, without_changes
 from symgen.estimation.opening import Groups, Source, Sources, open_log
 from symgen.faults.fault import Fault
 from symgen.faults.rules import apply
@@ -62,7 +62,7 @@ def open_samples(
             f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
             f"{2 * LOWEST:g} Hz and more{_time_unit(step)}"
         )
-    samples = sampled(log, clock)
+    samples = without_changes(sampled(log, clock))
     samples, masks = apply(MASKED, samples, log)
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)

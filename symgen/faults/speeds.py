@@ -62,7 +62,7 @@ def standing(samples: Samples, comparison_hz: float) -> Bools:
     band = _within(comparison_hz, samples.step)
     low = lowpass(samples.q, samples.step, band)
     noise = _noise(samples.q - low, samples.step, band)
-    fixed = [not moves(q) for q in samples.q.T]
+    fixed = np.array([not moves(q) for q in samples.q.T], dtype=bool)
     quiet = np.std(low, axis=0) <= BEYOND * noise
     return np.asarray(quiet | fixed)
 

@@ -19,7 +19,8 @@ from symgen.data.signals import (
     smoothed,
 )
 from symgen.estimation.decimation import ENDS
-from symgen.estimation.filtered_log import FilteredLog, base_motion
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.floating import base_motion
 from symgen.faults.fault import Fault, delay_of, torques_of
 
 _SMOOTH = 10.0  # Hz: band in which speeds are computed from positions

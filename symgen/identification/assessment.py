@@ -22,6 +22,7 @@ from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import TorqueFit, equation_residual, percent
 from symgen.estimation.values import FloatArray, OtherEstimate, Reason, Residual, Trace
 from symgen.faults.fault import Fault
+from symgen.identification.contacts import never_lifted
 from symgen.identification.drives import drive_estimates
 from symgen.identification.estimate import (
     BETWEEN_USES,
@@ -136,7 +137,14 @@ def assess(chosen: ChosenModel, result: Outcome, accept: float, least: float) ->
     limits = restrictions(chosen.proportional, robot)
     uses = Uses(
         prediction_use(campaign, settled, result.torque_held, floor, accept, least),
-        parameters_use(parameters, settled, unexplained, bias, scale=scale_unknown(campaign)),
+        parameters_use(
+            parameters,
+            settled,
+            unexplained,
+            bias,
+            scale=scale_unknown(campaign),
+            lift=never_lifted(campaign.train) if robot.floating else (),
+        ),
         simulation_use(campaign, X, parameters, limits),
     )
     headline = _headline(result.torque_held, floor, uses.prediction.large)

@@ -33,6 +33,8 @@ from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load_model
 
+_UNSEARCHED = "delays, contacts and missing effects are not searched for on a floating base"
+
 
 @dataclass(frozen=True)
 class Filtering:
@@ -111,7 +113,8 @@ class Campaign:
         """Notes on the logs and on their band."""
         noted = [note for log in self.logs for note in log.samples.notes]
         drives = () if self.scales is None else self.scales.in_words
-        return (*noted, *drives, f"band: {self.band.in_words()}")
+        unsearched = (_UNSEARCHED,) if self.robot.floating else ()
+        return (*noted, *drives, *unsearched, f"band: {self.band.in_words()}")
 
     def torques(self, X: FloatArray) -> tuple[TorqueFit, TorqueFit]:
         """Compare the torques of the training and of the validation logs with those of X, (p,)."""
@@ -183,7 +186,7 @@ def open_campaign(
         (train, held), repairs = open_logs(logs, robot, reading, progress)
         held = require_other_data(train, held)
         groups = (train, held) if held else hold_out(train)
-        if moving:
+        if moving and robot.n:
             require_motion(groups[0], robot)
     progress("deriving and compiling the model")
     evaluator = given if isinstance(given, Evaluator) else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
@@ -22,7 +23,7 @@ from symgen.estimation.values import (
 from symgen.faults.fault import Fault, delay_of
 from symgen.identification.curves import FILE, read_traces
 from symgen.identification.uses import Uses, joined
-from symgen.names import joint_label, unit
+from symgen.names import BASE_ROWS, BASE_UNITS, joint_label, unit
 from symgen.robot.types import Robot
 from symgen.schemas import (
     BESIDE,
@@ -77,6 +78,19 @@ class JointLabel:
 def joints_of(robot: Robot) -> tuple[JointLabel, ...]:
     """Return the movable joints of a robot."""
     return tuple(JointLabel(j.number, unit("FS", j.sigma), j.name or None) for j in robot.movable)
+
+
+def equation_titles(joints: Sequence[JointLabel], error: Residual) -> list[str]:
+    """Return the titles of what is compared in figures; that of a floating base comes first.
+
+    Args:
+        joints: the movable joints.
+        error: the error of the comparison.
+    """
+    base = zip(BASE_ROWS, BASE_UNITS, strict=True)
+    of_base = [f"{row}, {unit}" for row, unit in base]
+    floats = error.base_force is not None
+    return [*of_base[: len(of_base) * floats], *(joint.torque for joint in joints)]
 
 
 @dataclass(frozen=True)
@@ -341,8 +355,10 @@ def read_estimate(path: str | Path) -> Estimate:
             "symgen identify, for a diagnosis that of the line next: which it printed"
         )
     estimate = read_result(Estimate, file, *READ)
-    torque = estimate.torque_validation and estimate.torque_validation.per_joint
+    torque_error = estimate.torque_validation
+    torque = torque_error and torque_error.per_joint
     unnamed = tuple(JointLabel(j, "N m or N") for j in range(1, len(torque or ()) + 1))
     joints = estimate.joints or unnamed
-    traces = read_traces(file.with_name(FILE), len(joints))
+    count = len(equation_titles(joints, torque_error)) if torque_error else len(joints)
+    traces = read_traces(file.with_name(FILE), count)
     return replace(estimate, joints=joints, traces=traces)

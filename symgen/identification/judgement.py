@@ -22,7 +22,7 @@ from symgen.errors import ParameterError, first_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import above_noise
 from symgen.estimation.solve import Solution
-from symgen.estimation.system import torque_at
+from symgen.estimation.system import kernel_inputs, torque_at
 from symgen.estimation.torque_error import TorqueFit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
 from symgen.hypotheses.ask import Answer
@@ -47,6 +47,9 @@ CHANGED = "changed"
 OPEN = "the motion does not determine all parameters"
 #: Ending of a reason whose cause is unknown.
 SEARCH = "symgen diagnose searches for the cause"
+_SUPPORTS = (
+    "check wrenches and contacts of the log, their frames and signs, and whether a contact slips"
+)
 #: Note on columns of torques or currents with the name of a command.
 _COMMAND = r"columns by name: .*\b(tau|i)\d* = [^,\n]*(target|desired|command|cmd|ref)"
 _COMPUTED = (
@@ -91,13 +94,14 @@ def prediction_use(
     reasons = list(campaign.answer.shown)
     large = _large_errors(campaign, held, noise, accept)
     grade = "usable" if large or error > GOOD else "good"
+    search = _SUPPORTS if campaign.robot.floating else SEARCH
     if error <= accept:
         if settled.physical.reason is not None and settled.physical.held_out is not None:
             model, fitted = campaign.evaluator.model, settled.solution
             errors = settled.physical.held_out
             reasons += like_no_robot(model, fitted.X, fitted.covariance, errors, accept)
         if large and large[0].value > JOINT and not reasons:
-            text = f"the torque error of a joint is above {100 * JOINT:g} %; {SEARCH}"
+            text = f"the torque error of a joint is above {100 * JOINT:g} %; {search}"
             reasons.append(replace(large[0], kind="joint_error", limit=JOINT, text=text))
     else:
         grade = "poor"
@@ -105,12 +109,12 @@ def prediction_use(
         reasons += _mostly_noise(min(noise.relative, error))
         text = f"the torque error is above {100 * accept:g} %"
         if not reasons:
-            text += f"; {SEARCH}"
+            text += f"; {search}"
         reasons.append(Reason("error", value=error, limit=accept, text=text))
     if _much_larger(fold, error, least):
         text = (
             f"the error depends on the motion: {percent(fold)} on another part of the motion that "
-            f"the fit did not use; {SEARCH}"
+            f"the fit did not use; {search}"
         )
         reasons.append(Reason("varies", value=fold, limit=VARIES * error, text=text))
     return PredictionUse(tuple(reasons), grade=grade, large=tuple(large))
@@ -123,6 +127,7 @@ def parameters_use(
     bias: str,
     *,
     scale: Reason | None,
+    lift: Sequence[str] = (),
 ) -> ParametersUse:
     """Judge which parameters are known, and collect reasons against reading single values.
 
@@ -133,6 +138,7 @@ def parameters_use(
             not visible.
         bias: a text on the bias of least squares, or "".
         scale: reason that the scale of torques is unknown, or None.
+        lift: contacts of a floating base that never lift.
     """
     reasons = []
     if scale is not None:
@@ -151,8 +157,9 @@ def parameters_use(
     if against is not None and not hidden:
         prefix = "" if settled.physical.possible is None else "not physically possible: "
         reasons.append(replace(against, text=f"{prefix}{against.text}"))
+    still = f" ({', '.join(lift)} never lift: log a motion in which they do)" if lift else ""
     for kind, some, what in (
-        ("not_determined", hidden, OPEN),
+        ("not_determined", hidden, f"{OPEN}{still}"),
         ("weak", weak, f"{len(weak)} of {count} are weak (std above {KNOWN:g} %)"),
         ("at_bound", bound, f"{len(bound)} of {count} are at a bound of possible robots"),
     ):
@@ -256,7 +263,7 @@ def _large_errors(
     above[robot.passive] = False
     moving = moving_joints([log.qd for log in campaign.held], robot.sigma)
     measured = np.concatenate([log.measured for log in campaign.held])
-    size = each * rms(measured)
+    size = each * rms(measured)[len(robot.free) :]
     reasons = []
     for j in sorted(moving, key=lambda j: -each[j]):
         if above[j]:
@@ -363,12 +370,14 @@ def uncertain_torque(
         mixed: whether the joints of a state are drawn from the logs independently.
     """
     chosen = mixed_states if mixed else some_states
-    W = evaluator["torque_regressor"](*chosen(*motion_states(logs)))
+    states = chosen(*motion_states(logs))
+    W = evaluator["torque_regressor"](*kernel_inputs(states))
     C = covariance[: W.shape[2], : W.shape[2]]
     variance = np.maximum(np.einsum("kja,ab,kjb->j", W, C, W) / len(W), 0.0)
-    variance[evaluator.model.robot.passive] = 0.0
+    robot = evaluator.model.robot
+    variance[[len(robot.free) + j for j in robot.passive]] = 0.0
     tau = np.concatenate([log.measured for log in logs])
-    return relative_error(variance, np.mean(tau**2, axis=0), evaluator.model.robot.sigma)
+    return relative_error(variance, np.mean(tau**2, axis=0), robot.kinds)
 
 
 def scale_unknown(campaign: Campaign) -> Reason | None:

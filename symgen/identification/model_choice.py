@@ -29,6 +29,7 @@ from symgen.estimation.solve import (
 from symgen.estimation.summary import Blocks, block_summary, summaries
 from symgen.estimation.torque_error import TorqueFit, percent
 from symgen.identification.campaign import Campaign
+from symgen.identification.contacts import determined
 from symgen.identification.estimate import Alternative
 from symgen.identification.instruments import instrumented
 from symgen.identification.proportional import blame_motion, motion_fault, proportional_joints
@@ -141,7 +142,7 @@ def choose_model(
     evaluator, robot = campaign.evaluator, campaign.robot
     proportional = proportional_joints(campaign.train)
     fault = motion_fault(proportional, robot)
-    known = features_of(campaign.train, robot.sigma)
+    known = features_of(campaign.train, robot.sigma) if robot.n else None
     models = [replace(model, features=known) for model in models]
     alternatives: tuple[Alternative, ...] = ()
     if robot.loaded:
@@ -205,6 +206,9 @@ def _best_model(
         The model with the smallest torque error, the first of equals, and the results of all
         models, that one first.
     """
+    shown: list[int] | None = None
+    if campaign.robot.floating:
+        shown = determined(campaign.evaluator.model, campaign.train)
     compared = _equations(campaign, replace(_COMPARED, features=models[0].features))
     torques = block_summary(rows_of(compared), _COMPARED.gap)
     candidates, errors = list[ModelCandidate](), dict[str, IdentificationError]()
@@ -219,7 +223,7 @@ def _best_model(
         blocks = block_summary(rows_of(train), model.gap)
         prior = _weak_prior(campaign, train)
         held_out = prior.held_out((blocks, torques)).relative
-        known = _known_parameters(campaign, train, model) if partial else None
+        known = _known_parameters(campaign, train, model) if partial else shown
         candidate = ModelCandidate(model, train, (blocks, torques), prior, held_out, known)
         candidates.append(_solved(campaign, candidate))
     if not candidates:

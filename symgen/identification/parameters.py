@@ -326,22 +326,27 @@ def with_fixed_links(robot: Robot, imported: Robot, where: str | Path) -> Robot:
 
 
 def mass_matrices(evaluator: Evaluator, q: FloatArray, X: FloatArray) -> FloatArray:
-    """Return the mass matrix M at some positions, (N, n, n), from inverse dynamics at rest.
+    """Return the mass matrix M at some positions, (N, m, m), from inverse dynamics at rest.
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
         q: (N, n) positions.
         X: (p,) base parameters.
     """
-    n = q.shape[1]
-    M = np.empty((len(q), n, n))
+    robot = evaluator.model.robot
+    m, free = len(robot.kinds), len(robot.free)
+    M = np.empty((len(q), m, m))
     zero = np.zeros_like(q)
-    base = np.zeros((len(names.BASE) if evaluator.model.robot.imu else 0, len(q), 3))
+    base = np.zeros((len(names.BASE) if robot.imu else 0, len(q), 3))
     still = torque_at(evaluator, X, q, zero, zero, *base)
-    for j in range(n):
-        unit = zero.copy()
-        unit[:, j] = 1.0
-        M[:, :, j] = torque_at(evaluator, X, q, zero, unit, *base) - still
+    for j in range(m):
+        unit, moved = zero.copy(), base.copy()
+        if j < free:
+            linear = j < free // 2
+            moved[names.BASE.index("f" if linear else "wd"), :, j % 3] = 1.0
+        else:
+            unit[:, j - free] = 1.0
+        M[:, :, j] = torque_at(evaluator, X, q, zero, unit, *moved) - still
     return M
 
 

@@ -44,7 +44,7 @@ from symgen.parallel import Say, silent
 from symgen.policy import SHOWN
 from symgen.robot.tables import Frame
 from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Robot
+from symgen.robot.types import Robot, require_base
 from symgen.runtime.evaluator import Evaluator, load
 
 
@@ -92,6 +92,7 @@ def payload(
         IdentificationError: the logs do not show a load, or there are neither parameters nor logs
             without the load.
     """
+    require_base(read_robot(robot), "payload", "symgen identify on a log with the load")
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
     if sensor and (frame or mass is not None or cutoff is not None):

@@ -246,18 +246,18 @@ def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
     """
     if logs[0].samples.drive_unit:  # of masses per unit of duty
         return ""
-    reach = _reach(evaluator.model.robot.with_values())
+    robot = evaluator.model.robot
     (q,) = some_states(motion_states(logs)[0])
     inertia = np.mean(np.einsum("kjj->kj", mass_matrices(evaluator, q, X)), axis=0)
-    masses = np.abs(inertia) / reach**2
+    masses = np.abs(inertia[:1] if robot.floating else inertia / _reach(robot.with_values()) ** 2)
     least, most = float(masses.min()), float(masses.max())
     if least <= HEAVIEST and most >= LIGHTEST:
         return ""
     mass = f"{least:.3g} kg at least" if least > HEAVIEST else f"{most:.3g} kg at most"
-    return (
-        f"every joint moves like {mass} at the end of the arm: look at the units of the log "
-        "(N m, not N mm; N; rad; m; s)"
-    )
+    what = f"every joint moves like {mass} at the end of the arm"
+    if robot.floating:
+        what = f"the robot weighs {mass}"
+    return f"{what}: look at the units of the log (N m, not N mm; N; rad; m; s)"
 
 
 def _reach(robot: Robot) -> FloatArray:

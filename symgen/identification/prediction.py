@@ -18,15 +18,16 @@ from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.floor import noise_fit
-from symgen.estimation.system import torque_at
+from symgen.estimation.system import torque_along
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
 from symgen.identification.campaign import Filtering
 from symgen.identification.curves import require_times
-from symgen.identification.estimate import JointLabel, joints_of
+from symgen.identification.estimate import JointLabel, equation_titles, joints_of
 from symgen.identification.known_band import error_of, open_in_known_band
 from symgen.identification.parameters import read_known
+from symgen.names import WRENCH_ENDS
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
@@ -43,7 +44,8 @@ class Prediction(Viewable):
 
     Attributes:
         robot: name of the robot.
-        torque: measured and predicted torque in the motion's band, (N, n), N m or N.
+        torque: measured and predicted torque in the motion's band, (N, m), N m or N; what a
+            floating base shows comes first.
         error: ||measured - predicted|| over ||measured|| in the comparison band, per joint and over
             all joints stacked; see `symgen.estimation.torque_error`.
         moving: the same for joints in motion.
@@ -80,8 +82,10 @@ class Prediction(Viewable):
 
     def to_csv(self) -> bytes:
         """Return the curves as the content of prediction.csv."""
-        n = self.torque.measured.shape[1]
-        labels = [f"{name}{j}" for name in ("tau", "predicted") for j in range(1, n + 1)]
+        n = len(self.joints)
+        base = WRENCH_ENDS[: self.torque.measured.shape[1] - n]
+        of_one = [*(f"_base_{end}" for end in base), *map(str, range(1, n + 1))]
+        labels = [f"{name}{row}" for name in ("tau", "predicted") for row in of_one]
         columns = [self.torque.t, self.torque.measured, self.torque.predicted]
         rows = np.column_stack([*columns, self.kinetic, self.potential])
         return csv_bytes(["t", *labels, "kinetic", "potential"], rows)
@@ -121,7 +125,7 @@ def predict(
     (filtered,) = campaign.train
     compared = fit(evaluator, [filtered], known.X)
     noise = noise_fit(evaluator, [filtered], known.X).residual
-    torque = torque_at(evaluator, known.X, *filtered.motion)
+    torque = torque_along(evaluator, known.X, filtered)
     measured = filtered.tau
     if filtered.rows.cutoff is not None:
         measured, torque = (
@@ -191,17 +195,17 @@ def read_prediction(path: str | Path) -> Prediction:
     curves = dict.fromkeys(("torque", "kinetic", "potential"))
     prediction = read_result(Prediction, file, SCHEMA, **curves)
     try:
-        n = len(prediction.joints)
+        m = len(equation_titles(prediction.joints, prediction.moving))
         text = file.with_name(CURVES).read_text(encoding="utf-8")
         rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
-        t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
+        t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, m, m, 1]), axis=1)
         require_times(t[:, 0])
         moves = np.isnan(rows[:, -2:]).all()  # a base that moves has no energy
         finite = np.isfinite(rows[:, :-2] if moves else rows).all()
         if potential.shape[1] != 1 or not finite:
             raise ValueError("columns")
         errors = (prediction.error, prediction.moving, prediction.noise)
-        if n == 0 or any(each.per_joint is None for each in errors):
+        if m == 0 or any(each.per_joint is None for each in errors):
             raise ValueError("torque_error")
     except (OSError, ValueError) as error:
         raise ParameterError(

@@ -46,6 +46,8 @@ def proportional_joints(logs: Sequence[FilteredLog]) -> tuple[tuple[int, ...], .
     from scipy.sparse.csgraph import connected_components
 
     qd = np.concatenate([log.qd for log in logs])
+    if not qd.size:
+        return ()
     unit = qd / column_norms(qd)
     cosines = unit.T @ unit
     sines = np.sqrt(np.maximum(0.0, 1 - cosines**2))

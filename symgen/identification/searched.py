@@ -23,7 +23,8 @@ _ROUNDS = 3  # most searches; each may find a fault that the ones before hid
 def searched(campaign: Campaign, least: float) -> Campaign:
     """Search for missing effects and faults of the logs, and undo delays and contacts.
 
-    A delay of more than one kept row spoils the choice of the band, which is then repeated.
+    The logs of a floating base are not searched. A delay of more than one kept row spoils the
+    choice of the band, which is then repeated.
 
     Args:
         campaign: the logs.
@@ -34,6 +35,8 @@ def searched(campaign: Campaign, least: float) -> Campaign:
     broken = tuple(Reason(BROKEN, text=f.why) for f in every)
     if broken:
         return replace(campaign, answer=Answer(shown=broken))
+    if campaign.robot.floating:
+        return campaign
     delays = tuple[Changed, ...]()
     contacts = tuple[Contact, ...]()
     for _ in range(_ROUNDS):

@@ -27,7 +27,7 @@ from symgen.data.mask import Bools
 from symgen.data.raw import Reading
 from symgen.data.tables import has_segments
 from symgen.estimation.band import Band
-from symgen.estimation.covariance import bartlett, scores
+from symgen.estimation.covariance import long_run, scores
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Ols
 from symgen.estimation.filtered_log import FilteredLog, Nodes, filter_log
@@ -196,9 +196,11 @@ def fold_errors(
     meat = np.zeros((len(X), len(X)))
     if segment.rows.kind == "train" and weights is not None:
         rows = s.filling(evaluator, None)  # scores need no features
-        for j, e in enumerate(rows.each_part()):
-            weight, lag = weights[segment.number, j]
-            meat += bartlett(scores(e, X, weight), lag)
+        of_joints = (weights[segment.number, j] for j in range(rows.y.shape[1]))
+        pairs = zip(rows.each_part(), of_joints, strict=True)
+        parts = ((scores(e, X, weight), lag, e.shared) for e, (weight, lag) in pairs)
+        for part in long_run(parts):
+            meat += part
     return meat, fit
 
 

@@ -37,6 +37,7 @@ EFFECT_MISSING = "effect_missing"
 #: Kind of the reason that only impossible parameters explain the logs.
 NO_ROBOT = "no_robot"
 _SHRUNK = "a weak prior holds what the logs do not determine"
+_MISSING = "an effect, a wrench or a contact is missing"
 _DIAGNOSE = "an effect is missing from the model: symgen diagnose searches for it"
 
 
@@ -178,7 +179,7 @@ def _missing(near: Possible, free: Residual, bounded: Residual, robot: Robot) ->
     text = (
         f"{near.fault}; the nearest possible robot raises the torque error on held-out folds from "
         f"{percent(free.relative)} to {percent(bounded.relative)}, at {robot.listed(joints)}: "
-        f"{_DIAGNOSE}"
+        f"{_MISSING if robot.floating else _DIAGNOSE}"
     )
     numbers = tuple(robot.movable[j].number for j in joints)
     return Reason(EFFECT_MISSING, numbers, bounded.relative, limit, text)

@@ -92,8 +92,8 @@ def some_states(*motion: FloatArray) -> list[FloatArray]:
 def mixed_states(*motion: FloatArray) -> list[FloatArray]:
     """Return STATES states whose joints are drawn from a motion independently."""
     count, n = motion[0].shape
-    rows = np.random.default_rng(SEED).integers(count, size=(STATES, n))
-    joints = [np.ascontiguousarray(x[rows, np.arange(n)]) for x in motion[:3]]
+    rows = np.random.default_rng(SEED).integers(count, size=(STATES, max(n, 1)))
+    joints = [np.ascontiguousarray(x[rows[:, :n], np.arange(n)]) for x in motion[:3]]
     return [*joints, *(x[rows[:, 0]] for x in motion[3:])]
 
 

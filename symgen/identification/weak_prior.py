@@ -43,7 +43,7 @@ class WeakPrior:
     """A weak prior of base parameters, and the equations that it is for.
 
     Attributes:
-        sigma: (n,) types of the joints.
+        sigma: (m,) kinds of the equations.
         information: inverse (p, p) of the covariance of the prior; its mean is zero.
         factor: triangle of independent equations [W y] with a deviation of one, (p + 1, p + 1).
         precision: (m,) weight of the squared residual of each joint.
@@ -67,7 +67,7 @@ class WeakPrior:
         factor = weighted_triangle(parts, weights)
         joints = np.array([part.joint or 0 for part in parts])
         precision = np.bincount(joints, weights**2) / np.bincount(joints)
-        return cls(model.robot.sigma, _information(model, factor), factor, precision)
+        return cls(model.robot.kinds, _information(model, factor), factor, precision)
 
     @property
     def rows(self) -> FloatArray:

@@ -163,6 +163,19 @@ def require_gravity(robot: Robot, what: str) -> None:
         )
 
 
+def require_base(robot: Robot, command: str, accepted: str) -> None:
+    """Raise RobotError if the base floats.
+
+    Args:
+        robot: the mechanism.
+        command: the command that takes no such robot.
+        accepted: what helps.
+    """
+    if robot.floating:
+        what = f"robot {robot.name!r}: {command} does not take logs of a floating base"
+        raise RobotError(f"{what}; accepted: {accepted}")
+
+
 @dataclass(frozen=True)
 class Robot:
     """A mechanism: joints in file order, gravity in frame 0 [m/s2], named lengths and angles.
@@ -332,6 +345,11 @@ class Robot:
     def equations(self) -> tuple[int, ...]:
         """Numbers of the equations in their order: of a free base, then of the movable joints."""
         return (*self.free, *self.numbers)
+
+    @property
+    def kinds(self) -> tuple[int, ...]:
+        """Kinds of the equations in their order: of a free base, then types of movable joints."""
+        return (*names.BASE_KINDS[: len(self.free)], *self.sigma)
 
     def at_rest(self) -> Robot:
         """Return the robot on a base that does not move.

@@ -235,16 +235,22 @@ def error_table(
         measured: torque, (N, n); None if it is unknown.
         errors: the errors by name.
     """
-    first = next(iter(errors.values())).per_joint
+    first_error = next(iter(errors.values()))
+    first = first_error.per_joint
     sizes = [("", "")] * len(joints)
     if measured is not None and first:
-        sizes = errors_in_units(joints, measured, first)
+        sizes = errors_in_units(joints, measured[:, -len(joints) :], first)
     each = zip(*(r.per_joint or () for r in errors.values()), strict=False)
     rows = [
         (joint.label, *size, *map(percent, shares))
         for joint, size, shares in zip(joints, sizes, each, strict=False)
     ]
-    rows.append(("all joints", "", "", *(percent(r.relative) for r in errors.values())))
+    for name, key in (("base force", "base_force"), ("base moment", "base_moment")):
+        shares = [getattr(r, key) for r in errors.values()]
+        if None not in shares:
+            rows.insert(0 if key == "base_force" else 1, (name, "", "", *map(percent, shares)))
+    every = "all joints" if first_error.base_force is None else "all"
+    rows.append((every, "", "", *(percent(r.relative) for r in errors.values())))
     return Table(("joint", "RMS torque", "RMS error", *errors), rows)
 
 

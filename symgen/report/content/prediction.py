@@ -6,6 +6,7 @@ from functools import partial
 
 from symgen.estimation.floor import noise_accounts
 from symgen.estimation.torque_error import largest
+from symgen.identification.estimate import equation_titles
 from symgen.identification.prediction import Prediction
 from symgen.report.content.parts import (
     Banner,
@@ -58,14 +59,15 @@ def prediction_content(prediction: Prediction) -> Content:
     )
     text = f"{noise_accounts(noise, total).capitalize()}."
     if ratios:
-        text = f"It is largest on {largest(ratios, trace.measured, labels, units)}. {text}"
+        measured = trace.measured[:, -len(labels) :]
+        text = f"It is largest on {largest(ratios, measured, labels, units)}. {text}"
     banner = Banner("plain", f"Torque error: {percent(total)}", text)
     run = run_lines(band, prediction.repairs)
     return Content(f"Prediction of {prediction.robot}", lead, sections, banner, run)
 
 
 def _torques(prediction: Prediction) -> Figure:
-    t, titles = prediction.torque, [joint.torque for joint in prediction.joints]
+    t, titles = prediction.torque, equation_titles(prediction.joints, prediction.moving)
     series = {"measured": t.measured, "predicted": t.predicted, "residual": t.residual}
     return Figure(tuple(joint_panels(titles, t.t, series)))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.estimation.values import Trace
-from symgen.identification.estimate import Estimate
+from symgen.estimation.values import Residual, Trace
+from symgen.identification.estimate import Estimate, equation_titles
 from symgen.report.plots.figure import POINTS, Figure, Panel, joint_panels
 
 _UNITS = {"energy": "J"}
@@ -92,4 +92,5 @@ def components(estimate: Estimate, quantity: str) -> list[str]:
     """Return the title of each column of a quantity, with its unit."""
     if quantity not in _PER_JOINT:
         return [f"{quantity}, {_UNITS.get(quantity, '-')}"]
-    return [joint.torque + _PER_JOINT[quantity] for joint in estimate.joints]
+    titles = equation_titles(estimate.joints, estimate.torque_validation or Residual(0.0))
+    return [title + _PER_JOINT[quantity] for title in titles]

@@ -1,0 +1,380 @@
+"""A robot with a floating base: identify and predict from logs of its motion and of forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support import parsed
+
+import symgen
+from symgen.codegen.model import regrouping
+from symgen.data import long_logs
+from symgen.data.log import make_log
+from symgen.report.store import load_result
+
+pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
+from oracles.legged import (
+    VISCOUS,
+    Foot,
+    Legged,
+    Motion,
+    base_waves,
+    crawl,
+    table,
+    text_of,
+    times,
+)
+from oracles.shaken import turned, waves
+
+#: Standard deviations of noise: rad, rad/s, N m, m/s2 and rad/s, N.
+ENCODER, SPEED, TORQUE, FORCE = 1e-5, 1e-3, 0.05, 0.3
+IMU = np.repeat([0.02, 0.002], 3)
+ENDS = ("fx", "fy", "fz", "nx", "ny", "nz")
+#: Yaw of the axes of the second foot.
+YAW = 0.7
+FRAMES = f"""
+[[frame]]
+name = "left"
+joint = 2
+xyz = [0.1, 0.2, 0.3]
+
+[[frame]]
+name = "right"
+joint = 4
+xyz = [0.0, -0.2, 0.1]
+rpy = [0.0, 0.0, {YAW}]
+"""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A robot, and its base parameters."""
+
+    body: Legged
+    robot: symgen.Robot
+
+    @property
+    def X(self) -> np.ndarray:
+        model = symgen.derive(self.robot, ("inverse_dynamics", "torque_regressor"))
+        values = [self.body.standard[p.name] for p in model.base.standard]
+        return regrouping(model) @ np.array(values)
+
+    def off(self, estimate: symgen.Estimate) -> np.ndarray:
+        """Errors of the parameters in standard deviations."""
+        pairs = zip(estimate.parameters, self.X, strict=True)
+        return np.array([(p.value - x) / p.std for p, x in pairs])
+
+
+@cache
+def walker() -> Case:
+    """A body with two legs of two joints."""
+    axes = np.array([[np.cos(YAW), -np.sin(YAW), 0], [np.sin(YAW), np.cos(YAW), 0], [0, 0, 1]])
+    arm = table(2, 2)
+    body = Legged(arm, 3, [Foot(2, (0.1, 0.2, 0.3)), Foot(4, (0.0, -0.2, 0.1), axes)])
+    return Case(body, parsed(text_of(arm, FRAMES)))
+
+
+def noisy(seed: int, x: np.ndarray, size: Any) -> np.ndarray:
+    return x + size * np.random.default_rng(seed).normal(size=x.shape)
+
+
+def log_of(motion: Motion, tau: np.ndarray, seed: int = 1, **more: np.ndarray) -> symgen.Log:
+    """A log of joints, with noise, and of what else there is."""
+    q, qd, _ = motion.q
+    return make_log(
+        f"log{seed}", motion.t, noisy(seed, q, ENCODER), noisy(seed + 1, tau, TORQUE),
+        noisy(seed + 2, qd, SPEED), **more,
+    )  # fmt: skip
+
+
+def imu_of(motion: Motion, seed: int) -> np.ndarray:
+    f, w, _ = motion.base
+    return noisy(seed + 3, np.hstack([f, w]), IMU)
+
+
+@cache
+def walked(seed: int) -> tuple[Motion, np.ndarray, np.ndarray]:
+    """A motion of the walker, its torques, and the wrenches on both feet, (N, 12)."""
+    t = times(16.0)
+    q = waves(t, np.full(4, 0.8), 1.5, np.random.default_rng(seed + 100))
+    motion = Motion(t, *base_waves(t, seed), q)
+    every, wrenches = walker().body.supported(motion, np.ones((len(t), 2), bool), 6)
+    return motion, every[:, 6:], wrenches.reshape(len(t), -1)
+
+
+def walk(seed: int) -> symgen.Log:
+    """A log of the walker, with the wrenches on its feet."""
+    motion, tau, wrenches = walked(seed)
+    forces = noisy(seed + 4, wrenches, FORCE)
+    return log_of(motion, tau, seed, imu=imu_of(motion, seed), forces=forces)
+
+
+@pytest.fixture(scope="module")
+def walks() -> tuple[symgen.Log, symgen.Log, symgen.Estimate]:
+    train, held = walk(1), walk(20)
+    return train, held, symgen.identify(walker().robot, train, validation=held)
+
+
+def columns(log: symgen.Log) -> dict[str, np.ndarray]:
+    """The columns of a file of a log of the walker."""
+    out = {"t": log.t}
+    for role in ("q", "qd", "tau"):
+        out |= {f"{role}{j + 1}": x for j, x in enumerate(getattr(log, role).T)}
+    out |= dict(zip(("fx", "fy", "fz", "wx", "wy", "wz"), log.imu.T, strict=True))
+    names = [f"{frame}.{end}" for frame in ("left", "right") for end in ENDS]
+    return out | dict(zip(names, log.forces.T, strict=True))
+
+
+def test_measured_wrenches_give_every_parameter_and_the_total_mass(walks) -> None:
+    _, _, estimate = walks
+    assert estimate.verdict == "trusted"
+    assert np.abs(walker().off(estimate)).max() < 4
+    mass = next(p for p in estimate.parameters if p.name == "M0R")
+    total = sum(walker().body.links[:, 9])
+    assert mass.value == pytest.approx(total, rel=5e-3)
+
+
+def test_the_torque_error_has_three_numbers(walks) -> None:
+    error = walks[2].torque_validation
+    assert len(error.per_joint) == 4
+    assert error.relative == max(error.base_force, error.base_moment, error.joints)
+    content = walks[2].to_json()["torque_residual"]["validation"]
+    assert content["base_force"] == error.base_force < 0.002
+
+
+def test_held_out_motion_is_predicted_as_by_the_true_parameters(walks, tmp_path: Path) -> None:
+    _, held, estimate = walks
+    symgen.write(estimate, tmp_path / "id")
+    found = symgen.predict(walker().robot, held, tmp_path / "id")
+    assert found.error.relative == pytest.approx(estimate.torque_validation.relative, rel=1e-6)
+    names = [p.name for p in estimate.parameters]
+    lines = "".join(f"{n} = {x!r}\n" for n, x in zip(names, walker().X.tolist(), strict=True))
+    (tmp_path / "true.toml").write_text(f"[parameters]\n{lines}")
+    true = symgen.predict(walker().robot, held, tmp_path / "true.toml", cutoff=estimate.cutoff_hz)
+    for key in ("base_force", "base_moment", "joints"):
+        assert getattr(found.error, key) < 1.3 * getattr(true.error, key)
+    symgen.write(found, tmp_path / "predicted")
+    again = load_result(tmp_path / "predicted")
+    assert again.error == found.error
+    assert again.torque.measured.shape[1] == 10
+
+
+def test_the_page_shows_the_equations_of_the_base(walks, tmp_path: Path) -> None:
+    symgen.write(walks[2], tmp_path / "id")
+    page = (tmp_path / "id" / "report.html").read_text(encoding="utf-8")
+    assert "base force x, N" in page
+    assert "base moment z, N m" in page
+    again = load_result(tmp_path / "id")
+    assert again.torque_validation == walks[2].torque_validation
+
+
+def test_a_csv_holds_wrenches_of_frames(walks, tmp_path: Path) -> None:
+    log, robot = walks[0], walker().robot
+    table = columns(log)
+    rows = np.column_stack([*table.values()])
+    np.savetxt(tmp_path / "a.csv", rows, "%.17g", ",", header=",".join(table), comments="")
+    want, found = (
+        symgen.identify(robot, given, method="wls", cutoff=14)
+        for given in (log, tmp_path / "a.csv")
+    )
+    assert [p.value for p in found.parameters] == [p.value for p in want.parameters]
+
+
+def test_a_long_npz_is_read_in_segments(walks, tmp_path: Path, monkeypatch) -> None:
+    log, robot = walks[0], walker().robot
+    table = columns(log)
+    arrays = {key: getattr(log, key) for key in ("t", "q", "qd", "tau", "imu")}
+    wrenches = {name: x for name, x in table.items() if "." in name}
+    np.savez(tmp_path / "a.npz", **arrays, **wrenches)
+    want = symgen.identify(robot, log, method="wls", cutoff=14)
+    monkeypatch.setattr(long_logs, "LIMIT", 1200)
+    found = symgen.identify(robot, tmp_path / "a.npz", method="wls", cutoff=14)
+    for p, x in zip(found.parameters, want.parameters, strict=True):
+        assert abs(p.value - x.value) < 2 * x.std
+        assert p.std == pytest.approx(x.std, rel=0.25)
+
+
+def test_a_missing_column_is_named(walks, tmp_path: Path) -> None:
+    table = columns(walks[0])
+    del table["right.ny"]
+    rows = np.column_stack([*table.values()])
+    np.savetxt(tmp_path / "a.csv", rows, "%.9g", ",", header=",".join(table), comments="")
+    with pytest.raises(symgen.SymgenError, match=r"no column right\.ny"):
+        symgen.identify(walker().robot, tmp_path / "a.csv")
+    with pytest.raises(symgen.SymgenError, match=r"motion of the base.+fx, fy.+px, py, pz, qw"):
+        symgen.identify(walker().robot, replace(walks[0], imu=None))
+    tables = FRAMES + '[[contact]]\nframe = "left"\nkind = "point"\n'
+    robot = parsed(text_of(walker().body.arm, tables))
+    with pytest.raises(symgen.SymgenError, match=r"lacks the column left\.contact.+left\.fx"):
+        symgen.identify(robot, replace(walks[0], forces=None))
+
+
+@pytest.mark.parametrize("model", ["energy", "momentum"])
+def test_models_without_accelerations_are_refused(walks, model: str) -> None:
+    with pytest.raises(symgen.SymgenError, match=rf"model {model}.+floats.+model torque"):
+        symgen.identify(walker().robot, walks[0], model=model)
+
+
+def test_a_pose_stands_for_the_imu(walks) -> None:
+    motion, tau, wrenches = walked(1)
+    quaternion, *_ = turned(motion.angles)
+    pose = np.hstack([motion.place[0], -quaternion])  # the same attitude
+    log = log_of(motion, tau, 1, pose=noisy(8, pose, 1e-6), forces=noisy(5, wrenches, FORCE))
+    estimate = symgen.identify(walker().robot, log, validation=walks[1])
+    assert np.abs(walker().off(estimate)).max() < 4.5
+    assert estimate.torque_validation.relative < 1.3 * walks[2].torque_validation.relative
+    bent = replace(log, pose=log.pose * [1, 1, 1, 1.02, 1.02, 1.02, 1.02])
+    with pytest.raises(symgen.SymgenError, match=r"norm 1\.02.+within 1 %"):
+        symgen.identify(walker().robot, bent)
+
+
+def test_an_imu_at_another_place_is_moved_to_the_origin() -> None:
+    motion, tau, wrenches = walked(1)
+    place, rpy = np.array([0.2, -0.1, 0.15]), (0.3, -0.2, 1.1)
+    f, w, wd = motion.base
+    there = f + np.cross(wd, place) + np.cross(w, np.cross(w, place))
+    axes = Rotation.from_euler("ZYX", rpy[::-1]).as_matrix()
+    imu = noisy(4, np.hstack([there @ axes, w @ axes]), IMU)
+    log = log_of(motion, tau, 1, imu=imu, forces=noisy(5, wrenches, FORCE))
+    mount = f"\n[base]\nposition = {place.tolist()}\nrotation = {[*rpy]}\n"
+    robot = parsed(text_of(walker().body.arm, FRAMES + mount))
+    estimate = symgen.identify(robot, log, method="wls")
+    assert np.abs(walker().off(estimate)).max() < 4.5
+
+
+def test_flight_gives_parameters_from_the_torques_of_the_joints() -> None:
+    case, t = walker(), times(16.0)
+    q = waves(t, np.full(4, 0.8), 1.5, np.random.default_rng(5))
+    motion = Motion(t, *base_waves(t, 5, 0.0), q)
+    imu, tau = flown(case.body, motion)
+    log = log_of(motion, tau, 5, imu=noisy(9, imu, IMU))
+    estimate = symgen.identify(case.robot, log, method="wls")
+    assert estimate.torque_validation.joints < 0.05
+    assert np.isnan(estimate.torque_validation.base_force)  # there is no force
+    mass = next(p for p in estimate.parameters if p.name == "M0R")
+    assert abs(mass.value / sum(case.body.links[:, 9]) - 1) < 0.1
+
+
+def flown(body: Legged, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """The IMU and the torques of a flight with some motion of the joints."""
+    step, w = motion.t[1], np.array([0.2, -0.3, 0.1])
+    rows = [*zip(*motion.q, strict=True)]
+
+    def free(row: Sequence[np.ndarray], w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Specific force and angular acceleration without a wrench."""
+        rest = body.flyer.dynamics(*row, np.zeros(3), w, np.zeros(3))
+        f, wd = np.split(np.linalg.solve(body.flyer.masses(row[0])[:6, :6], -rest[:6]), 2)
+        return f, wd
+
+    imu, tau = [], []
+    for row, after in zip(rows, [*rows[1:], rows[-1]], strict=True):
+        f, wd = free(row, w)
+        imu.append([*f, *w])
+        tau.append(body.flyer.dynamics(*row, f, w, wd)[6:] + VISCOUS * row[1])
+        _, later = free(after, w + step * wd)
+        w = w + step * (wd + later) / 2  # Heun
+    return np.array(imu), np.array(tau)
+
+
+@cache
+def crawler() -> Case:
+    """A body with four legs, whose feet touch the ground at points."""
+    arm, feet = table(4, 3), [3 * k + 3 for k in range(4)]
+    frames = [f'[[frame]]\nname = "foot{k}"\njoint = {k}\n' for k in feet]
+    contacts = [f'[[contact]]\nframe = "foot{k}"\nkind = "point"\n' for k in feet]
+    body = Legged(arm, 3, [Foot(k) for k in feet])
+    return Case(body, parsed(text_of(arm, "\n".join([*frames, *contacts]))))
+
+
+def crawled(seed: int, *, lifts: bool, measured: int = 0) -> symgen.Log:
+    """A log of the crawler with the forces on some of its feet."""
+    motion, touches = crawl(seed, 12.0, lifts=lifts)
+    tau, on_feet = crawler().body.supported(motion, touches, 3)
+    forces = np.full((len(motion.t), 4, 6), np.nan)
+    forces[:, :measured, :3] = noisy(seed + 4, on_feet[:, :measured], FORCE)
+    forces[:, :measured, 3:] = 0.0
+    more = {"forces": forces.reshape(len(motion.t), -1), "touches": touches.astype(float)}
+    return log_of(motion, tau[:, 6:], seed, imu=imu_of(motion, seed), **more)
+
+
+@pytest.fixture(scope="module")
+def crawls() -> list[symgen.Estimate]:
+    """Estimates from a log in which every foot lifts, and from one in which none does."""
+    robot = crawler().robot
+    logs = [crawled(1, lifts=lifts) for lifts in (True, False)]
+    return [symgen.identify(robot, log, method="wls", cutoff=14) for log in logs]
+
+
+def test_hidden_forces_at_contacts_have_no_part_in_the_estimate(crawls) -> None:
+    estimate = crawls[0]
+    assert estimate.verdict == "trusted"
+    off = crawler().off(estimate)
+    assert np.abs(off).max() < 4.5
+    assert np.mean(np.abs(off) < 1.96) > 0.88
+    masses = [p.value for p in estimate.parameters if p.name in ("M0R", "M3", "M6", "M9", "M12")]
+    assert sum(masses) == pytest.approx(sum(crawler().body.links[:, 9]), rel=0.01)
+
+
+@pytest.mark.slow
+def test_forces_on_some_feet_are_measured_and_on_others_hidden() -> None:
+    log = crawled(1, lifts=True, measured=2)
+    off = crawler().off(symgen.identify(crawler().robot, log, method="wls", cutoff=14))
+    assert np.abs(off).max() < 4.5
+    assert np.mean(np.abs(off) < 1.96) > 0.88
+
+
+def test_the_feet_that_never_lift_are_named_and_their_masses_unknown(crawls) -> None:
+    estimate = crawls[1]
+    unknown = [p.name for p in estimate.parameters if np.isnan(p.std)]
+    assert unknown == ["M3", "M6", "M9", "M12"]
+    (reason,) = (r for r in estimate.uses.parameters.reasons if r.kind == "not_determined")
+    assert "foot3, foot6, foot9, foot12 never lift" in reason.text
+
+
+def test_a_drone_has_no_joints(tmp_path: Path) -> None:
+    t = times(16.0)
+    motion = Motion(t, *base_waves(t, 3), np.zeros((3, len(t), 0)))
+    f, w, wd = motion.base
+    mass, ms = 1.3, np.array([0.026, -0.013, 0.065])
+    inertia = np.array([[0.02, 0.001, 0], [0.001, 0.03, 0.002], [0, 0.002, 0.04]])
+    force = mass * f + np.cross(wd, ms) + np.cross(w, np.cross(w, ms))
+    moment = np.cross(ms, f) + wd @ inertia + np.cross(w, w @ inertia)
+    imu = noisy(1, np.hstack([f, w]), IMU)
+    wrench = noisy(2, np.hstack([force, moment]), np.repeat([0.05, 0.005], 3))
+    heads = ["t", "fx", "fy", "fz", "wx", "wy", "wz", *(f"hull.{end}" for end in ENDS)]
+    rows = np.column_stack([t, imu, wrench])
+    np.savetxt(tmp_path / "a.csv", rows, "%.9g", ",", header=",".join(heads), comments="")
+    hull = '[[frame]]\nname = "hull"\njoint = 0\n'
+    robot = parsed(f'[robot]\nname = "drone"\nbase = "floating"\n{hull}')
+    estimate = symgen.identify(robot, tmp_path / "a.csv")
+    assert estimate.verdict == "trusted"
+    entries = inertia[np.triu_indices(3)]
+    off = [
+        (p.value - x) / p.std
+        for p, x in zip(estimate.parameters, [*entries, *ms, mass], strict=True)
+    ]
+    assert np.abs(off).max() < 4
+    symgen.write(estimate, tmp_path / "id")
+    found = symgen.predict(robot, tmp_path / "a.csv", tmp_path / "id")
+    assert found.error.base_moment < 0.02
+
+
+def test_a_wrong_wrench_makes_the_estimate_doubtful(walks) -> None:
+    log = walks[0]
+    forces = log.forces * np.repeat([1.0, -1.0], 6)  # the sensor of one foot is upside down
+    estimate = symgen.identify(walker().robot, replace(log, forces=forces))
+    assert estimate.verdict == "doubtful"
+    assert "contact slips" in estimate.reasons[-1].text
+
+
+@pytest.mark.parametrize("command", [symgen.diagnose, symgen.payload])
+def test_what_takes_no_floating_base_says_so(walks, command) -> None:
+    with pytest.raises(symgen.SymgenError, match=r"floating base; accepted: symgen identify"):
+        command(walker().robot, walks[0])
