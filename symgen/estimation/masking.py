@@ -74,15 +74,14 @@ def without_changes(samples: Samples) -> Samples:
     if samples.touches is None:
         return samples
     flags = samples.touches > HALF
-    changes = np.flatnonzero(np.diff(flags, axis=0).any(axis=1))
-    masks = np.zeros(len(samples.t), dtype=bool)
-    before, after = (math.ceil(span / samples.step) for span in (_BEFORE, _AFTER))
-    for k in changes:
-        masks[max(k + 1 - before, 0) : k + 1 + after] = True
-    if not masks.any():
+    changes = np.diff(flags, axis=0, prepend=flags[:1]).any(axis=1)
+    if not changes.any():
         return samples
+    before, after = (math.ceil(span / samples.step) for span in (_BEFORE, _AFTER))
+    near = np.convolve(changes, np.ones(before + after + 1))
+    masks = np.asarray(near[before : before + len(flags)] > HALF)
     joints = np.repeat(masks[:, None], samples.q.shape[1], axis=1)
-    note = f"{samples.name}: {len(changes)} changes of contacts are masked"
+    note = f"{samples.name}: {changes.sum()} changes of contacts are masked"
     return replace(samples.masked(joints, masks), notes=(*samples.notes, note))
 
 
