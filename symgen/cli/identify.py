@@ -157,16 +157,16 @@ def identify(
         written = symgen.write(estimate, into, robot=source, more=urdf)
     trusted = print_result(estimate)
     sound = estimate.uses is not None and estimate.uses.simulation.ok
+    unclear = not (trusted and sound and estimate.unexplained is None)
+    changed = any(reason.kind == CHANGED for reason in estimate.suspected)
     if model != "auto" and not trusted:
         say(f"try: {again(model='auto', into=f'{into}-auto')}")
-    elif source.floating:
-        pass  # diagnose takes no such robot
-    elif any(reason.kind == CHANGED for reason in estimate.suspected):
+    elif changed and not source.floating:  # diagnose takes no floating base
         since = {"logs": validation, "validation": (), "parameters": str(into)}
         say(f"try: {again('diagnose', into=f'{into}-why', **since)}")
-    elif not (trusted and sound and estimate.unexplained is None):
+    elif unclear and not source.floating:
         say(f"try: {again('diagnose', into=f'{into}-why')}")
-    else:
+    elif trusted:
         exactly = ["--exact"] if exact else []
         line = shlex.join(["symgen", "generate", robot, *exactly, "--parameters", str(into)])
         say(f"next: {line}")

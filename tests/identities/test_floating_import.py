@@ -164,14 +164,3 @@ def test_the_place_of_the_imu_and_contacts_are_read_and_written() -> None:
     for base in ("fixed", "imu"):
         with pytest.raises(symgen.RobotError, match=r"contact: accepted|base: accepted"):
             parsed(text.replace("floating", base) + "[[joint]]\n")
-
-
-@pytest.mark.parametrize(
-    "text", ['base = "floating"\n[[joint]]\n', 'base = "imu"\n[[joint]]\n[base]\n']
-)
-def test_logs_of_such_robots_are_refused(text: str) -> None:
-    t = np.linspace(0, 2, 200)
-    imu = np.tile([0.0, 0.0, 9.81, 0.0, 0.0, 0.0], (200, 1))
-    log = symgen.make_log("legs", t, np.sin(3 * t)[:, None], np.cos(t)[:, None], imu=imu)
-    with pytest.raises(symgen.SymgenError, match=r"floating base or with \[base\]; accepted"):
-        symgen.identify(parsed(f'[robot]\nname = "legs"\n{text}'), [log])
