@@ -186,7 +186,8 @@ def suspicions(
     """
     reasons = _hardly_moving(campaign.train, campaign.robot)
     if campaign.has_validation:
-        reasons += changed_state(*(fit.in_motion.residual.relative for fit in torques))
+        errors = (fit.in_motion.residual.relative for fit in torques)
+        reasons += changed_state(*errors, diagnosed=not campaign.robot.floating)
     other = uncertain_torque(
         campaign.evaluator, campaign.train, solution.noise, mixed=True
     ).relative
@@ -205,18 +206,24 @@ def _much_larger(error: float, other: float, least: float) -> bool:
     return error > VARIES * other and rise > least
 
 
-def changed_state(train: float, held: float) -> list[Reason]:
+def changed_state(train: float, held: float, *, diagnosed: bool = True) -> list[Reason]:
     """Return a reason if the torque error on the validation logs is much larger than on training.
 
     Args:
         train, held: torque errors of joints in motion on the training and on the validation logs.
+        diagnosed: whether symgen diagnose takes the robot.
     """
     if not _much_larger(held, train, LEAST):
         return []
+    advice = "compare load, temperature and motion"
+    if diagnosed:
+        advice = (
+            "compare load (symgen payload), temperature and motion; symgen diagnose with the "
+            "validation logs and --parameters searches for what changed"
+        )
     text = (
         f"the torque error is {percent(train)} on the training logs and {percent(held)} on the "
-        "validation logs: compare load (symgen payload), temperature and motion; symgen diagnose "
-        "with the validation logs and --parameters searches for what changed"
+        f"validation logs: {advice}"
     )
     return [Reason(CHANGED, value=held, limit=VARIES * train, text=text)]
 
