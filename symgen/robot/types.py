@@ -157,7 +157,9 @@ def require_gravity(robot: Robot, what: str) -> None:
             "numbers there"
         )
     if robot.imu:
-        elsewhere = ", or MuJoCo with the file of symgen export ESTIMATE --to robot.xml"
+        elsewhere = (
+            ", or MuJoCo with the file of symgen export ESTIMATE --to robot.xml --from FILE.xml"
+        )
         raise RobotError(
             f"robot {robot.name!r}: base = {robot.base!r} has no place in {what}; accepted: a "
             f"robot file without it, for a base at rest{elsewhere if robot.floating else ''}"
