@@ -30,12 +30,10 @@ from symgen.names import WRENCH_ENDS
 from symgen.robot.body import turn
 from symgen.robot.tables import Frame, Mount
 from symgen.robot.types import Robot
-from symgen.symbolic.placement import frames_tape, link_jacobian_tape
+from symgen.symbolic.placement import frames_tape, link_jacobian_tape, selected_link
 from symgen.symbolic.sampling import columns_at
 from symgen.symbolic.tape import Tape
 
-#: Rows of a Jacobian that a contact keeps at rest.
-_KEPT = {"point": 3, "surface": 6}
 #: Samples that are evaluated at once.
 _CHUNK = 1 << 13
 #: Share of J J' by which contacts that depend on each other are apart.
@@ -115,7 +113,7 @@ def frame_jacobian(robot: Robot, frame: Frame, q: FloatArray) -> FloatArray:
         frame: the frame.
         q: (k, n) positions.
     """
-    link = [int(joint.number == frame.joint) for joint in robot.bodies]
+    link = selected_link(robot, frame.joint)
     inputs = {"q": list(q.T), "link": link, "point": list(frame.xyz)}
     tape, _ = _tapes(robot)
     return columns_at(tape, {}, inputs, len(q)).reshape(len(q), _BASE, -1)
@@ -146,7 +144,7 @@ def contact_jacobian(samples: Samples, q: FloatArray) -> FloatArray | None:
     robot, parts = robot.with_values(), []
     for contact, active in zip(robot.contacts, flags.T, strict=True):
         J = frame_jacobian(robot, robot.frame(contact.frame), q)
-        parts.append(J[:, : _KEPT[contact.kind]] * active[:, None, None])
+        parts.append(J[:, : contact.rows] * active[:, None, None])
     return np.concatenate(parts, axis=1)
 
 

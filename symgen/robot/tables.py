@@ -233,6 +233,11 @@ class Contact:
     frame: Name
     kind: Annotated[str, word_check("point", "surface")]
 
+    @property
+    def rows(self) -> int:
+        """Number of components of its force, the first of those of a wrench."""
+        return 3 if self.kind == "point" else 6
+
 
 @dataclass(frozen=True)
 class Sensor:

@@ -128,6 +128,11 @@ def coordinates(letter: str, count: int = 3) -> Symbols:
     return tuple(real_symbol(f"X_{letter}{i + 1}") for i in range(count))
 
 
+def selected_link(robot: Robot, number: int) -> list[int]:
+    """Return the input `link` of tapes: 1 for the link of a joint, 0 for all others."""
+    return [int(joint.number == number) for joint in robot.bodies]
+
+
 def link_jacobian_tape(robot: Robot) -> Tape:
     """Derive the Jacobian of a point of a link in frame 0: rows v then w, (6, n), row-major."""
     tape = _builder(robot)

@@ -25,14 +25,13 @@ from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters, modulo_primes
 from symgen.symbolic.energy import drawn_state, stacked
 from symgen.symbolic.modular import BadDrawError, PrimeField, Residues, reduce_rows
-from symgen.symbolic.placement import link_drift_tape, link_jacobian_tape
+from symgen.symbolic.placement import link_drift_tape, link_jacobian_tape, selected_link
 from symgen.symbolic.regressor import torque_tape
 from symgen.symbolic.tape import Tape
 
 _BASE = 6  # equations of the base
 _MARGIN = 10  # more states than columns
 _ROWS = {"all": slice(None), "base": slice(_BASE), "joints": slice(_BASE, None)}
-_LINEAR = {"point": 3, "surface": _BASE}  # equations of a contact
 
 
 @dataclass(frozen=True)
@@ -115,10 +114,10 @@ def _rows(robot: Robot, torques: Tape, part: EquationPart, field: PrimeField) ->
         parts = []
         for contact in part.contacts:
             frame = robot.frame(contact.frame)
-            link = [int(joint.number == frame.joint) for joint in robot.bodies]
+            link = selected_link(robot, frame.joint)
             point = [field.constant(exact(x)) for x in frame.xyz]
             rows = run(tape, _BASE, link=link, point=point)
-            parts.append(rows[:, : _LINEAR[contact.kind]])
+            parts.append(rows[:, : contact.rows])
         return np.concatenate(parts, axis=1)
 
     state |= _split(drawn(m), "f", "wd", "qdd") | _split(drawn(_BASE), "v", "w")
@@ -129,7 +128,7 @@ def _rows(robot: Robot, torques: Tape, part: EquationPart, field: PrimeField) ->
         weight, speed = _null_vectors(field, J), _null_vectors(field, J)
         state |= _split(speed, "v", "w", "qd")
         drift = at_contacts(link_drift_tape(robot))
-        linear = [row < 3 for c in part.contacts for row in range(_LINEAR[c.kind])]
+        linear = [row < 3 for c in part.contacts for row in range(c.rows)]
         gravity = np.tile(drawn(3), sum(linear) // 3)
         drift[:, linear, 0] += gravity
         state |= _split(_solutions(field, J, drift % p), "f", "wd", "qdd")

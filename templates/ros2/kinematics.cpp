@@ -187,8 +187,7 @@ private:
 
   const Link * find(const std::string & link_name) const
   {
-    static const Real same[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-    static const Link root{"", 0u, same};  // frame 0 of the model is that of the root
+    static const Link root{"", 0u, SAME};  // frame 0 of the model is that of the root
     return link_name == root_ ? &root : find_link(link_name, prefix_);
   }
 

@@ -56,11 +56,11 @@ struct Link
   const Real * frame;
 };
 
+/// The transform of a frame that is that of its joint.
+constexpr Real SAME[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+
 inline const std::vector<Link> & links()
 {
-{% if not links_header %}
-  static const Real same[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-{% endif %}
   static const std::vector<Link> known = {
 {% for link in links %}
     {{ "{" }}{{ link.text }}, {{ link.joint }}, {{ link.frame }}{{ "}" }},

@@ -158,7 +158,7 @@ def _links(package: Package) -> list[dict[str, str]]:
     robot: Robot = package.model.robot
     if not robot.frames:
         numbers = [0, *(j.number for j in robot.joints)]
-        return [{"text": f'"link{n}"', "joint": f"{n}u", "frame": "same"} for n in numbers]
+        return [{"text": f'"link{n}"', "joint": f"{n}u", "frame": "SAME"} for n in numbers]
     endings = c_identifiers((f.name for f in robot.frames), "frame")
     return [
         {
