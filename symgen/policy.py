@@ -99,3 +99,6 @@ EQUAL = 1e-3
 #: less than this part of it. A file with a density of the links that is wrong has 8 times as much.
 WEIGHT_LEFT = 0.1
 FRICTION_LEFT = 0.25
+#: Usual offsets of an IMU, m/s2 and rad/s, and its usual delay, s: the deviations of a prior. Data
+#: sheets of MEMS sensors state 0.2 to 0.6 m/s2 and 0.01 to 0.02 rad/s before calibration.
+IMU_OFFSETS, IMU_DELAY = (0.2, 0.02), 0.01

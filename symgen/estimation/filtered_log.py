@@ -27,6 +27,7 @@ from symgen.estimation.floating import (
     contact_jacobian,
     measured_forces,
     projected,
+    upward,
 )
 from symgen.estimation.values import FloatArray
 
@@ -129,7 +130,9 @@ class FilteredLog:
         """(N, m) measured torque, N m (N), not filtered. On a floating base, it has the forces on
         the links, and unknown ones are projected out.
         """
-        return measured_forces(self.samples, self._places) if self.base_rows else self.samples.tau
+        if not self.base_rows:
+            return self.samples.tau
+        return measured_forces(self.samples, self._places, self._up)
 
     @cached_property
     def _places(self) -> FloatArray:
@@ -141,7 +144,13 @@ class FilteredLog:
         if self.samples.touches is None:
             return None
         every = slice(None, None, stride)
-        return contact_jacobian(self.samples.cut(every), self._places[every])
+        up = None if self._up is None else self._up[every]
+        return contact_jacobian(self.samples.cut(every), self._places[every], up)
+
+    @cached_property
+    def _up(self) -> FloatArray | None:
+        """The direction against gravity, (N, 3), if a foot is round."""
+        return upward(self.samples)
 
     @property
     def step(self) -> float:

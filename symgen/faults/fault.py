@@ -13,6 +13,8 @@ from symgen.schemas import BESIDE, OrNan, at
 CONVERTED = "converted"
 #: Text for a fault that is not corrected.
 LEFT = "left as it is"
+#: Channel of all readings of an IMU.
+IMU = "imu"
 #: Log name of a fault in all logs.
 EVERYWHERE = "all logs"
 
@@ -28,8 +30,8 @@ class Fault:
         samples: number of affected samples; 0 for complete columns.
         done: text on the correction.
         values: name, value and standard deviation of measured quantities. Speeds are (1 + GV)
-            dq/dt, delayed by LV s, with an offset OV. Torques of all joints were delayed by DT s
-            and are shifted. `limit` is that of a clipped torque.
+            dq/dt, delayed by LV s, with an offset OV. Torques, or the IMU, were delayed by DT s and
+            are shifted. `limit` is that of a clipped torque.
         kind: kind of the fault, for programs, such as "converted" of a column in other units.
         gap_reduction: share of the squared torque error that the correction removes; NaN if it is
             unknown.
@@ -80,6 +82,14 @@ def shifted_torques(channel: str, delay: float, std: float = math.nan, who: str 
     text = f"the torques of {joints} are {1e3 * abs(delay):.3g} ms {word} against the motion"
     values = (("DT", delay, std),)
     return Fault(EVERYWHERE, channel, text, done="shifted", values=values, kind="delay")
+
+
+def shifted_imu(delay: float, std: float = math.nan) -> Fault:
+    """Return the repair of an IMU that is late by `delay` s, with its standard deviation."""
+    word = "late" if delay > 0 else "early"
+    text = f"the IMU is {1e3 * abs(delay):.3g} ms {word} against the joints"
+    values = (("DT", delay, std),)
+    return Fault(EVERYWHERE, IMU, text, done="shifted", values=values, kind="delay")
 
 
 def torques_of(fault: Fault) -> list[int] | None:

@@ -21,7 +21,7 @@ from symgen.data.signals import (
 from symgen.estimation.decimation import ENDS
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floating import base_motion
-from symgen.faults.fault import Fault, delay_of, torques_of
+from symgen.faults.fault import IMU, Fault, delay_of, torques_of
 
 _SMOOTH = 10.0  # Hz: band in which speeds are computed from positions
 
@@ -92,13 +92,24 @@ def with_earlier_torques(
     return replace(samples, tau=read_only(tau))
 
 
+def with_imu(samples: Samples, delay: float, offsets: FloatArray | float = 0.0) -> Samples:
+    """Shift the readings of an IMU earlier by `delay` s, and subtract offsets (6,)."""
+    if samples.imu is None:
+        return samples
+    earlier = [shifted(x, delay, samples.step) for x in samples.imu.T]
+    return replace(samples, imu=read_only(np.column_stack(earlier) - offsets))
+
+
 def with_known_shifts(
     samples: Samples, shifts: Sequence[Fault]
 ) -> tuple[Samples, tuple[Fault, ...]]:
-    """Shift the torques of a log as an estimate did; return also the repairs of this log."""
+    """Shift the channels of a log as an estimate did; return also the repairs of this log."""
     repairs = []
     for fault in shifts:
-        samples = with_earlier_torques(samples, delay_of(fault), torques_of(fault))
+        if fault.channel == IMU:
+            samples = with_imu(samples, delay_of(fault))
+        else:
+            samples = with_earlier_torques(samples, delay_of(fault), torques_of(fault))
         repairs.append(replace(fault, log=samples.name, samples=len(samples.t)))
     return samples, tuple(repairs)
 

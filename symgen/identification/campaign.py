@@ -24,6 +24,7 @@ from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.repair import open_logs, require_motion, with_mended_speeds
 from symgen.hypotheses.ask import Answer
+from symgen.identification.imu import ImuErrors
 from symgen.identification.parameters import values_of_file
 from symgen.identification.sampling import LongLogs, sample_logs
 from symgen.identification.scales import Scales
@@ -33,6 +34,7 @@ from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load_model
 
+_OFFSETS = "the offsets of the IMU in each log and its delay are estimated with the parameters"
 _UNSEARCHED = "delays, contacts and missing effects are not searched for on a floating base"
 
 
@@ -82,6 +84,7 @@ class Campaign:
         long: all of the logs, if they are long; else None.
         scales: scales of the drives that turned their inputs into torques; None for logs of
             torques.
+        imu: errors of the IMU that were removed from the training logs; None without an IMU.
         progress: called with a text about the current step.
     """
 
@@ -96,6 +99,7 @@ class Campaign:
     answer: Answer = field(default_factory=Answer)
     long: LongLogs | None = None
     scales: Scales | None = None
+    imu: ImuErrors | None = None
     progress: Say = silent
 
     @property
@@ -114,7 +118,8 @@ class Campaign:
         noted = [note for log in self.logs for note in log.samples.notes]
         drives = () if self.scales is None else self.scales.in_words
         unsearched = (_UNSEARCHED,) if self.robot.floating else ()
-        return (*noted, *drives, *unsearched, f"band: {self.band.in_words()}")
+        offsets = () if self.imu is None else (_OFFSETS,)
+        return (*noted, *drives, *unsearched, *offsets, f"band: {self.band.in_words()}")
 
     def torques(self, X: FloatArray) -> tuple[TorqueFit, TorqueFit]:
         """Compare the torques of the training and of the validation logs with those of X, (p,)."""

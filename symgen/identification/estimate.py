@@ -321,7 +321,7 @@ class Estimate(Viewable):
 
     @property
     def shifts(self) -> tuple[Fault, ...]:
-        """Repairs that shifted the torques of all logs. Other logs of the robot need them too."""
+        """Repairs that shifted channels of all logs. Other logs of the robot need them too."""
         return tuple(fault for fault in self.repairs if delay_of(fault))
 
     @property

@@ -16,6 +16,7 @@ from symgen.faults.fault import Fault
 from symgen.faults.repair import open_logs
 from symgen.faults.undo import with_known_shifts
 from symgen.identification.campaign import Campaign, Filtering, in_band
+from symgen.identification.imu import has_imu, offsets_with_known
 from symgen.identification.scales import with_torques
 from symgen.parallel import Say, silent
 from symgen.runtime.evaluator import Evaluator
@@ -77,3 +78,12 @@ def open_in_known_band(
             repairs += done
         logs.append(log)
     return replace(campaign, train=tuple(logs), repairs=tuple(repairs))
+
+
+def without_offsets(campaign: Campaign, X: FloatArray) -> Campaign:
+    """Remove the offsets of an IMU from logs whose model has known parameters X (p,)."""
+    if not all(map(has_imu, campaign.train)):
+        return campaign
+    offsets = offsets_with_known(campaign.evaluator, campaign.train, X)
+    repairs = (*campaign.repairs, *offsets.repairs)
+    return replace(campaign, train=offsets.logs, repairs=repairs)

@@ -20,7 +20,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.estimators import Prior
 from symgen.estimation.system import torque_at
 from symgen.estimation.values import FloatArray
-from symgen.faults.fault import Fault, shifted_torques
+from symgen.faults.fault import IMU, Fault, shifted_imu, shifted_torques
 from symgen.files import load_json, load_toml
 from symgen.identification.estimate import MARKER, READ, Estimate, read_estimate
 from symgen.robot.imported import FORMATS
@@ -46,7 +46,7 @@ class KnownParameters:
         X: (p,) base parameters.
         estimate: estimate in that file; None for TOML and robot files.
         band: filters of the run that estimated the parameters; None if the file has none.
-        shifts: shifts of the torques of all logs in that run.
+        shifts: shifts of the torques and of the IMU of all logs in that run.
         drives: (n,) torque of each drive per unit of its input in that run; None for logs of
             torques.
     """
@@ -97,13 +97,19 @@ def _shifts(content: Mapping[str, Any], file: Path) -> tuple[Fault, ...]:
     """
     delays = content.get("delays", {})
     known = isinstance(delays, dict) and all(
-        _TORQUES.fullmatch(channel) and isinstance(seconds, float)
+        (channel == IMU or _TORQUES.fullmatch(channel)) and isinstance(seconds, float)
         for channel, seconds in delays.items()
     )
     if not known:
-        what = 'accepted: torque channels with seconds, such as tau = 0.01 or "tau1, tau3" = 0.02'
+        what = (
+            "accepted: torque channels, or imu, with seconds, such as tau = 0.01 or "
+            '"tau1, tau3" = 0.02'
+        )
         raise ParameterError(f"{file}: damaged at [delays]; {what}")
-    return tuple(shifted_torques(channel, delay) for channel, delay in delays.items())
+    return tuple(
+        shifted_imu(delay) if channel == IMU else shifted_torques(channel, delay)
+        for channel, delay in delays.items()
+    )
 
 
 def read_parameters(path: str | Path, model: Model) -> FloatArray:

@@ -25,7 +25,7 @@ from symgen.faults.fault import Fault
 from symgen.identification.campaign import Filtering
 from symgen.identification.curves import require_times
 from symgen.identification.estimate import JointLabel, equation_titles, joints_of
-from symgen.identification.known_band import error_of, open_in_known_band
+from symgen.identification.known_band import error_of, open_in_known_band, without_offsets
 from symgen.identification.parameters import read_known
 from symgen.names import WRENCH_ENDS
 from symgen.robot.toml_io import read_robot
@@ -122,6 +122,7 @@ def predict(
     campaign = open_in_known_band(
         evaluator, robot, [log], reading, filtering, known.shifts, error, drives=known.drives
     )
+    campaign = without_offsets(campaign, known.X)
     (filtered,) = campaign.train
     compared = fit(evaluator, [filtered], known.X)
     noise = noise_fit(evaluator, [filtered], known.X).residual
@@ -179,6 +180,7 @@ def torque_errors(
     campaign = open_in_known_band(
         evaluator, robot, [log], reading, filtering, shifts, error, drives=drives
     )
+    campaign = without_offsets(campaign, parameters[-1])
     return [fit(evaluator, campaign.train, X).in_motion.residual.relative for X in parameters]
 
 

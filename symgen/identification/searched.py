@@ -1,4 +1,4 @@
-"""Search the logs of a run for faults and missing effects, and undo delays and contacts."""
+"""Search the logs of a run for faults and missing effects, and undo those of the recorder."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from symgen.hypotheses.ask import Answer, ask
 from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.event import Contact
 from symgen.identification.campaign import Campaign
+from symgen.identification.imu import has_imu, imu_errors, offsets_with_known
 from symgen.identification.proportional import proportional_joints
 
 #: Kind of the reason that a channel must be recorded again.
@@ -21,7 +22,8 @@ _ROUNDS = 3  # most searches; each may find a fault that the ones before hid
 
 
 def searched(campaign: Campaign, least: float) -> Campaign:
-    """Search for missing effects and faults of the logs, and undo delays and contacts.
+    """Search for missing effects and faults of the logs, and undo delays, contacts and errors of an
+    IMU.
 
     The logs of a floating base are not searched. A delay of more than one kept row spoils the
     choice of the band, which is then repeated.
@@ -35,6 +37,7 @@ def searched(campaign: Campaign, least: float) -> Campaign:
     broken = tuple(Reason(BROKEN, text=f.why) for f in every)
     if broken:
         return replace(campaign, answer=Answer(shown=broken))
+    campaign = without_imu_errors(campaign)
     if campaign.robot.floating:
         return campaign
     delays = tuple[Changed, ...]()
@@ -59,6 +62,22 @@ def searched(campaign: Campaign, least: float) -> Campaign:
     if proportional_joints(campaign.train):
         answer = replace(answer, shown=(), suspected=())
     return replace(campaign, answer=answer)
+
+
+def without_imu_errors(campaign: Campaign) -> Campaign:
+    """Estimate the errors of the IMU in all logs in memory, and remove them.
+
+    Those of the training logs are estimated together with the parameters, and those of the
+    validation logs with the parameters and the delay of the training logs.
+    """
+    if campaign.long is not None or not all(has_imu(log) for log in campaign.logs):
+        return campaign
+    campaign.progress("estimating the offsets and the delay of the IMU")
+    of_train = imu_errors(campaign.evaluator, campaign.train)
+    of_held = offsets_with_known(campaign.evaluator, campaign.held, of_train.X, of_train.delay)
+    repairs = (*campaign.repairs, *of_train.repairs, *of_held.repairs)
+    train, held = of_train.logs, of_held.logs
+    return replace(campaign, train=train, held=held, repairs=repairs, imu=of_train)
 
 
 def _without(campaign: Campaign, contacts: Sequence[Contact]) -> Campaign:

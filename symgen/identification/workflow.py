@@ -213,6 +213,9 @@ def identified(campaign: Campaign, settings: Settings) -> Identified:
         names = campaign.evaluator.model.base.names
         solution = campaign.scales.with_uncertainty(result.settled.solution, names)
         result = replace(result, settled=replace(result.settled, solution=solution))
+    if campaign.imu is not None:
+        solution = campaign.imu.with_uncertainty(result.settled.solution)
+        result = replace(result, settled=replace(result.settled, solution=solution))
     progress("judging")
     estimate = assess(chosen, result, settings.accept, settings.least)
     return Identified(chosen, result, estimate)

@@ -73,7 +73,7 @@ def word_check(*words: str) -> Check:
 
 Angle = Annotated[sp.Expr, ANGLE]
 Positive = Annotated[float, Check("a number above 0", lambda x: x > 0)]
-Gain = Annotated[float, Check("a number of 0 or more", lambda x: x >= 0)]
+NotNegative = Annotated[float, Check("a number of 0 or more", lambda x: x >= 0)]
 Width = Annotated[
     float,
     Check(
@@ -227,11 +227,14 @@ class Contact:
 
     Attributes:
         frame: name of a [[frame]]; its origin is the place.
-        kind: "point" for a force without a moment, as of a round foot or a rope; or "surface".
+        kind: "point" for a force without a moment, as of a foot or a rope; or "surface".
+        radius: radius of a round foot, m, whose centre is the origin of the frame. On level ground,
+            the force acts below it.
     """
 
     frame: Name
     kind: Annotated[str, word_check("point", "surface")]
+    radius: NotNegative = 0.0
 
     @property
     def rows(self) -> int:
@@ -369,8 +372,8 @@ class Servo:
         unit: what the controller commands: torque in "N m", "duty", or motor current in "A".
     """
 
-    kp: Annotated[tuple[Gain, ...], PER_JOINT]
-    kd: Annotated[tuple[Gain, ...], PER_JOINT]
+    kp: Annotated[tuple[NotNegative, ...], PER_JOINT]
+    kd: Annotated[tuple[NotNegative, ...], PER_JOINT]
     scale: Annotated[str, word_check("known", "unknown")] = "known"
     unit: Annotated[str, word_check("N m", "duty", "A")] = "N m"
 
