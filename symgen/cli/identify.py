@@ -20,9 +20,8 @@ from symgen.cli.options import (
     WINDOW,
     again,
     into,
-    point,
+    numbers,
     reading_options,
-    share,
 )
 from symgen.cli.progress import stages
 from symgen.policy import ACCEPT, LEAST
@@ -49,14 +48,12 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     "--accept",
     type=PERCENT,
     default=100 * ACCEPT,
-    callback=share,
     help="Largest torque error of a usable model, percent.",
 )
 @click.option(
     "--least",
     type=PERCENT,
     default=100 * LEAST,
-    callback=share,
     help="Smallest torque that matters, percent of the joint's torque.",
 )
 @click.option(
@@ -78,9 +75,7 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     help="Log of duty in which the link of [payload] carries a body of known mass; repeatable.",
 )
 @click.option("--mass", type=float, help="Mass of the body in --carried, kg.")
-@click.option(
-    "--com", callback=point, help="Its centre of mass in the frame of the link: X,Y,Z, m."
-)
+@click.option("--com", help="Its centre of mass in the frame of the link: X,Y,Z, m.")
 @click.option(
     "--open",
     "opened",
@@ -102,12 +97,14 @@ def identify(
     validation: tuple[str, ...],
     model: str,
     method: str,
+    accept: float,
+    least: float,
     prior: str | None,
     forgetting: float,
     commanded: tuple[str, ...],
     carried: tuple[str, ...],
     mass: float | None,
-    com: tuple[float, float, float] | None,
+    com: str | None,
     opened: tuple[str, ...],
     exact: bool,
     workers: int | None,
@@ -129,6 +126,7 @@ def identify(
 
     source = symgen.read_robot(robot)
     source = replace(source, exact=exact or source.exact)
+    centre = numbers("--com", com, "X,Y,Z in m", (3,))
     with stages(_IDENTIFYING) as told, executor_of(workers, scheduler) as executor:
         estimate = symgen.identify(
             robot,
@@ -136,7 +134,9 @@ def identify(
             validation=validation,
             model=model,
             method=method,
-            fit=symgen.FitOptions(prior, commanded, forgetting, carried, mass, com, opened),
+            accept=accept / 100,
+            least=least / 100,
+            fit=symgen.FitOptions(prior, commanded, forgetting, carried, mass, centre, opened),
             exact=exact,
             executor=executor,
             progress=told,

@@ -88,17 +88,6 @@ def share(_context: Any, _option: Any, percent: float) -> float:
     return percent / 100
 
 
-def point(_context: Any, _option: Any, text: str | None) -> tuple[float, ...] | None:
-    """Convert X,Y,Z to numbers."""
-    if text is None:
-        return None
-    try:
-        x, y, z = map(float, text.split(","))
-    except ValueError as error:
-        raise click.BadParameter(f"{text!r}; accepted: X,Y,Z in m") from error
-    return x, y, z
-
-
 ROBOT = click.argument("robot", shell_complete=robot_names)
 LOGS = click.argument("logs", nargs=-1, required=True, type=click.Path())
 PARAMETERS = click.option(
@@ -120,19 +109,6 @@ EXACT = click.option(
 #: Words of options. They are typed here because their tables take half a second to import; a test
 #: compares both.
 MODELS = ("energy", "momentum", "torque")
-TARGETS = (
-    "c",
-    "casadi",
-    "mex",
-    "all",
-    "ros2",
-    "firmware",
-    "rust",
-    "simulink",
-    "jax",
-    "torch",
-    "cuda",
-)
 DTYPES = ("double", "float")
 FORMATS = ("csv", "ros", "urscript")
 METHODS = ("auto", "wls", "ols", "huber", "tls", "iv", "consistent", "recursive")
