@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import astuple, replace
+from dataclasses import replace
 from decimal import Decimal
 from functools import partial
 from typing import TypeVar
@@ -25,7 +25,7 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located, shortened
 from symgen.robot import dh, expressions
-from symgen.robot.body import Body, Dynamics, JointDynamics, merge_bodies
+from symgen.robot.body import Body, Dynamics, merge_bodies
 from symgen.robot.exact_numbers import context
 from symgen.robot.formats.chain import (
     ORIGIN,
@@ -114,13 +114,14 @@ def updated_urdf(
 
     Args:
         text: text of the URDF. All other bytes stay the same.
-        dynamics: values of the imported robot. Links and joints without values stay unchanged.
+        dynamics: finite values of the imported robot. Links and joints without values stay
+            unchanged.
         where: name of the file in error messages.
         base: base of the robot, as in `import_urdf`.
 
     Raises:
         RobotError: the URDF cannot be read.
-        ParameterError: there is no such joint, or a value is not finite.
+        ParameterError: there is no such joint.
     """
     with located(where):
         root, content = parse_xml(text), text.encode("utf-8")
@@ -391,17 +392,15 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
 
     Args:
         chain: chain of the file.
-        bodies: links of the robot in the frames of their joints.
+        bodies: links of the robot in the frames of their joints, of finite values.
 
     Raises:
-        ParameterError: there is no such joint, or a value is not finite.
+        ParameterError: there is no such joint.
     """
     urdf, parts = chain.urdf, dict[str, list[Body]]()
     for body in bodies:
         name = joint_name(chain, body.joint)
         link = chain.host(name)
-        with located(f"joint {shortened(name)!r}"):
-            body = _finite(body)
         empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
         still = link == urdf.root and urdf.base != "floating"
         if still or empty:  # no joint moves the link, or the body is empty
@@ -421,30 +420,6 @@ def joint_name(chain: Chain, number: int) -> str:
     if not 1 <= number <= len(chain.order):
         raise ParameterError(f"there is no joint {number}; accepted: 1 to {len(chain.order)}")
     return chain.order[number - 1]
-
-
-def require_finite_joints(chain: Chain, joints: Iterable[JointDynamics]) -> None:
-    """Refuse torques of joints that are not finite."""
-    for joint in joints:
-        if not np.isfinite(astuple(joint)).all():
-            with located(f"joint {shortened(joint_name(chain, joint.joint))!r}"):
-                raise ParameterError("its friction, inertia or spring is not a finite number")
-
-
-def _finite(body: Body) -> Body:
-    """Return a body with its values as floats.
-
-    Raises:
-        ParameterError: a value is not finite, or an array has another shape.
-    """
-    values = [np.asarray(v, dtype=float) for v in (body.mass, body.com, body.inertia)]
-    shapes = [v.shape for v in values]
-    if shapes != [(), (3,), (3, 3)] or not all(np.isfinite(v).all() for v in values):
-        raise ParameterError(
-            "accepted: a mass, 3 coordinates of its centre and a 3 x 3 inertia, all finite"
-        )
-    mass, com, inertia = values
-    return Body(body.joint, float(mass), com, inertia)
 
 
 def _without_rounding(body: Body) -> Body:
@@ -472,7 +447,6 @@ def _inertial(body: Body) -> list[str]:
 
 def _joint_edits(content: bytes, root: Element, chain: Chain, dynamics: Dynamics) -> Iterator[Edit]:
     """Yield the edits that set the friction and the rotor inertia of joints."""
-    require_finite_joints(chain, dynamics.joints)
     joints = {e.attributes["name"]: e for e in root.all("joint")}
     for own in dynamics.joints:
         name = joint_name(chain, own.joint)
