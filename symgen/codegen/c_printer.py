@@ -76,8 +76,6 @@ class Printer:
         self.prefix = prefix
         self.kernel, self.tape, self.values, self.dtype = kernel, tape, values, dtype
         self.first = kernel.first
-        self.value = dtype  # type of values that depend on the sample
-        self.own = prefix if dtype == "double" else None  # prefix of the sincos of several angles
         self.word: dict[sp.Expr, str] = {s: s.name for s in tape.order}
         for name, symbols in tape.inputs:
             if name in SCALARS:
@@ -86,6 +84,16 @@ class Printer:
                 self.word |= {s: f"{name}[{i}]" for i, s in enumerate(symbols)}
         self.word |= {s: m for s, m in geometry.items() if s in tape.order}
         self.geometry = geometry
+
+    @property
+    def value(self) -> str:
+        """Type of values that depend on the sample."""
+        return self.dtype
+
+    @property
+    def own(self) -> str | None:
+        """Prefix of the sincos of several angles; None without one."""
+        return self.prefix if self.dtype == "double" else None
 
     def function(self) -> CFunction:
         used = {s for _, e in self.tape.steps for s in e.free_symbols}

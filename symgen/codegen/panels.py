@@ -8,6 +8,7 @@ sources are loops of single calls.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import sympy as sp
@@ -69,20 +70,16 @@ def panel_data(
 
 
 class _PanelPrinter(Printer):
-    def __init__(
-        self,
-        kernel: Kernel,
-        geometry: Mapping[sp.Symbol, str],
-        values: Values,
-        dtype: str,
-        prefix: str,
-    ) -> None:
-        super().__init__(kernel, geometry, values, dtype, prefix)
-        self.value, self.own = "lanes", "lanes"
-        self.sampled = {s for _, symbols in self.tape.inputs for s in symbols}
+    value = own = "lanes"
+
+    @cached_property
+    def sampled(self) -> set[sp.Symbol]:
+        """The symbols whose values depend on the sample."""
+        out = {s for _, symbols in self.tape.inputs for s in symbols}
         for symbol, expr in self.tape.steps:
-            if expr.free_symbols & self.sampled:
-                self.sampled.add(symbol)
+            if expr.free_symbols & out:
+                out.add(symbol)
+        return out
 
     def of_sample(self, expr: sp.Expr) -> bool:
         """Return whether a value depends on the sample."""
