@@ -228,10 +228,7 @@ class Printer:
             one = "1.0f" if self.dtype == "float" else "1.0"
             return f"{one} / {self.factor(expr.base)}"
         if expr.is_Function:
-            name = _FUNCTIONS.get(expr.func.__name__)
-            if name is None:
-                raise SymgenError(f"{expr} cannot be written in C")
-            return self.called(name, expr.args[0])
+            return self.called(_FUNCTIONS[expr.func.__name__], expr.args[0])
         out = ""
         for negative, factors in self.tape.terms(expr):
             product = " * ".join(self.factor(f) for f in factors)

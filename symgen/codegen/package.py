@@ -111,8 +111,6 @@ def generate(
     name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
     if not is_robot_name(name):
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
-    if values is not None:
-        values.require(model.base)
     if not _LICENSE.fullmatch(license):
         raise PackageError(
             f"license {license!r}; accepted: an SPDX expression, such as BSD-3-Clause"

@@ -46,24 +46,9 @@ def panel_data(
         prefix: prefix of the names in the package.
     """
     printer = _PanelPrinter(kernel, geometry, values, dtype, prefix)
-    read, written = kernel.inputs, kernel.outputs
-    empty = [o for o, places in zip(written, kernel.filled, strict=True) if not places]
-    body = [*(f"(void){o.name};" for o in empty), *printer.function().body]
-    outputs = [f"lanes_{o.name}" for o in written]
-    lanes = [f"lanes_{a.name}" for a in read]
-    rows = [f"&{a.name}[k * stride_{a.name}]" for a in read]
+    empty = [o for o, places in zip(kernel.outputs, kernel.filled, strict=True) if not places]
     return {
-        "inputs": read,
-        "outputs": written,
-        "largest": max(o.size for o in written),
-        "parameters": ", ".join(
-            [*(f"const lanes *{a.name}" for a in read), *(f"apart *{o.name}" for o in written)]
-        ),
-        "names": ", ".join([*(a.name for a in read), *(o.name for o in written)]),
-        "passed": ", ".join([*lanes, *outputs]),
-        "call": ", ".join([*lanes, *(f"(apart *){o}" for o in outputs)]),
-        "single": ", ".join([*rows, *(f"&{o.name}[k * {o.size}u]" for o in written)]),
-        "body": body,
+        "body": [*(f"(void){o.name};" for o in empty), *printer.function().body],
         "guards": [printer.spread(g) for g in kernel.tape.outputs[kernel.size :]],
         "results": [printer.spread(r) for r in kernel.tape.outputs[: kernel.size]],
     }

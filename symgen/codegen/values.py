@@ -8,7 +8,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from symgen.errors import PackageError
 from symgen.files import rendered
 from symgen.robot.expressions import six_digits
 from symgen.robot.toml_text import robot_toml
@@ -35,20 +34,6 @@ class Values:
     facts: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     drives: tuple[tuple[float, str], ...] = ()
-
-    def require(self, base: BaseParameters) -> None:
-        """Refuse values that do not belong to a model.
-
-        Raises:
-            PackageError: another number of values, or one that is not finite.
-        """
-        p, s = len(base.parameters), len(base.standard)
-        finite = all(map(math.isfinite, (*self.X, *self.standard)))
-        if (len(self.X), len(self.std)) != (p, p) or len(self.standard) not in (0, s) or not finite:
-            raise PackageError(
-                f"values of {len(self.X)} base and {len(self.standard)} standard parameters; "
-                f"accepted: {p} finite numbers, and none or {s}"
-            )
 
 
 def model_digest(robot_file: str) -> str:

@@ -217,10 +217,8 @@ def exported(plan: Plan, robot: Robot, into: Path, to: str) -> dict[Path, bytes]
             "urscript" NAME.script.
 
     Raises:
-        ParameterError: there is no such format, or it does not support the robot.
+        ParameterError: the format does not support the robot.
     """
-    if to not in FORMATS:
-        raise ParameterError(f"--to {to}: accepted: {', '.join(FORMATS)}")
     files = plan.to_files(into)
     names = [joint.name or f"joint{joint.number}" for joint in robot.movable]
     for path, run in zip(paths(into, len(plan.runs))[:-1], plan.runs, strict=True):

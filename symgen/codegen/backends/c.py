@@ -207,7 +207,6 @@ def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, An
     declarations = []
     for prototype in kernel.prototypes(name, dtype):
         declarations += _wrapped(prototype, _LINE, subsequent_indent="    ")
-    strides = [a.name if a.shared else f"&{a.name}[k * {a.size}u]" for a in kernel.arguments]
     operations = [f"{count} {kind}" for kind, count in counts.items() if count]
     return {
         "name": kernel.name,
@@ -223,11 +222,10 @@ def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, An
         "parameters": kernel.listed(dtype),
         "batch_parameters": batch_parameters,
         "batch_lines": _wrapped(batch_parameters, _LINE - 4),
-        "strides": ", ".join(strides),
         "declarations": declarations,
         "operations": ", ".join(operations) or "0 operations",
         "body": function.body,
-        "names": ", ".join(a.name for a in kernel.arguments),
+        "arguments": kernel.arguments,
         "needs_math": function.needs_math,
         "needs_sincos": function.needs_sincos,
     }

@@ -23,7 +23,7 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located, shortened
+from symgen.errors import ExpressionError, RobotError, first_of, located, shortened
 from symgen.robot import dh, expressions
 from symgen.robot.body import Body, Dynamics, merge_bodies
 from symgen.robot.exact_numbers import context
@@ -121,7 +121,6 @@ def updated_urdf(
 
     Raises:
         RobotError: the URDF cannot be read.
-        ParameterError: there is no such joint.
     """
     with located(where):
         root, content = parse_xml(text), text.encode("utf-8")
@@ -393,9 +392,6 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
     Args:
         chain: chain of the file.
         bodies: links of the robot in the frames of their joints, of finite values.
-
-    Raises:
-        ParameterError: there is no such joint.
     """
     urdf, parts = chain.urdf, dict[str, list[Body]]()
     for body in bodies:
@@ -410,16 +406,8 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
 
 
 def joint_name(chain: Chain, number: int) -> str:
-    """Return the name of a joint in the file, or "" for link 0 of a floating base.
-
-    Raises:
-        ParameterError: there is no such joint.
-    """
-    if number == 0 and chain.urdf.base == "floating":
-        return ""
-    if not 1 <= number <= len(chain.order):
-        raise ParameterError(f"there is no joint {number}; accepted: 1 to {len(chain.order)}")
-    return chain.order[number - 1]
+    """Return the name of a joint in the file, or "" for link 0 of a floating base."""
+    return chain.order[number - 1] if number else ""
 
 
 def _without_rounding(body: Body) -> Body:
