@@ -82,7 +82,7 @@ def values_header_text(
         parameters=[
             {
                 "name": parameter,
-                "value": repr(x),
+                "value": x,
                 "formula": _comment(
                     parameter
                     if expression == parameter
@@ -95,10 +95,8 @@ def values_header_text(
                 parameters, units, values.X, values.std, strict=True
             )
         ],
-        drives=[(repr(torque), unit) for torque, unit in values.drives],
-        standard=[
-            (parameter, repr(x)) for parameter, x in zip(standard, values.standard, strict=False)
-        ],
+        drives=values.drives,
+        standard=[*zip(standard, values.standard, strict=False)],
     )
 
 

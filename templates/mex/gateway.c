@@ -31,7 +31,7 @@ typedef struct {
 
 static const kernel kernels[] = {
 {% for k in kernels %}
-    { "{{ k.name }}", {{ k.inputs|length }}, { {% for name, size, shared, links in k.inputs %}{ "{{ name }}", {{ size }}, {{ shared }}, {{ links }} }, {% endfor %}}, {{ k.shapes|length }}, { {% for shape in k.shapes %}{ {{ shape }} }, {% endfor %}} },
+    { "{{ k.name }}", {{ k.inputs|length }}, { {% for name, size, shared, links in k.inputs %}{ "{{ name }}", {{ size }}, {{ shared }}, {{ links }} }, {% endfor %}}, {{ k.shapes|length }}, { {% for shape in k.shapes %}{ {{ (shape + (0, 0))[:3] | join(", ") }} }, {% endfor %}} },
 {% endfor %}
 };
 

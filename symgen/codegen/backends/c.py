@@ -22,6 +22,7 @@ from symgen.codegen.verification import DIGITS, TOLERANCE, checked_kernel
 from symgen.files import rendered
 from symgen.robot.expressions import six_digits
 from symgen.robot.identifiers import c_comment, c_identifiers
+from symgen.robot.tables import Frame
 from symgen.robot.types import Robot
 from symgen.symbolic.tape import real_symbol
 
@@ -52,7 +53,7 @@ def files(package: Package) -> dict[str, str]:
     headers = [path for path in out if path.endswith(".h") and path not in private]
     controller = example.controller(package)
     verified = package.verified
-    checked = [checked_kernel(name, k, verified, package.dtype) for k in package.kernels]
+    checked = [checked_kernel(k, verified) for k in package.kernels]
     tolerance = repr(TOLERANCE[package.dtype])
     out[f"check/{name}_check.c"] = package.render(
         "c/check.c", kernels=checked, digits=DIGITS, tolerance=tolerance
@@ -182,16 +183,11 @@ def _constants(package: Package) -> dict[str, str]:
     return out
 
 
-def _frames(package: Package) -> list[dict[str, Any]]:
-    """Return the frames of links: ending of the C names, text, joint, and rows of numbers."""
+def _frames(package: Package) -> list[tuple[str, str, Frame]]:
+    """Return the frames of links, each with the ending of its C names and its name in a comment."""
     frames = package.model.robot.frames
-    out = []
-    for ending, frame in zip(c_identifiers((f.name for f in frames), "frame"), frames, strict=True):
-        rows = [", ".join(f"({package.name}_real){x!r}" for x in row) for row in frame.transform]
-        out.append(
-            {"ending": ending, "text": c_comment(frame.name), "joint": frame.joint, "rows": rows}
-        )
-    return out
+    endings = c_identifiers((frame.name for frame in frames), "frame")
+    return [(e, c_comment(frame.name), frame) for e, frame in zip(endings, frames, strict=True)]
 
 
 def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, Any]:
@@ -199,7 +195,6 @@ def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, An
     name, dtype, robot = package.name, package.dtype, package.model.robot
     macros = {real_symbol(g): f"{name}_geometry_{g}" for g, _ in robot.geometry}
     function = Printer(kernel, macros, robot.values(), dtype, name).function()
-    counts = vars(kernel.tape.operations)
     batch_parameters = kernel.listed(dtype, batch=True)
     shapes = []
     for line in _shapes(kernel, name):
@@ -207,7 +202,6 @@ def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, An
     declarations = []
     for prototype in kernel.prototypes(name, dtype):
         declarations += _wrapped(prototype, _LINE, subsequent_indent="    ")
-    operations = [f"{count} {kind}" for kind, count in counts.items() if count]
     return {
         "name": kernel.name,
         "doc": _wrapped(kernel.doc, _LINE - 4),
@@ -223,7 +217,7 @@ def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, An
         "batch_parameters": batch_parameters,
         "batch_lines": _wrapped(batch_parameters, _LINE - 4),
         "declarations": declarations,
-        "operations": ", ".join(operations) or "0 operations",
+        "operations": vars(kernel.tape.operations),
         "body": function.body,
         "arguments": kernel.arguments,
         "needs_math": function.needs_math,

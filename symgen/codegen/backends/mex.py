@@ -51,7 +51,7 @@ def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
         "name": kernel.name,
         "fallible": kernel.fallible,
         "inputs": inputs,
-        "shapes": [", ".join(map(str, (*o.shape, 0, 0)[:3])) for o in kernel.outputs],
+        "shapes": [o.shape for o in kernel.outputs],
         "copies": copies,
         "arguments": ", ".join(words),
     }
