@@ -26,7 +26,6 @@ from symgen.robot.tables import Frame
 from symgen.robot.types import Robot
 from symgen.symbolic.tape import real_symbol
 
-BUILDS_ON: tuple[str, ...] = ()
 _LINE = 100  # line length of a header
 _SINCOS, _LANES = "math.h", "lanes.h"  # no public headers
 #: Limits from [limits] that become constants in C.

@@ -22,8 +22,6 @@ _VOCABULARY = Vocabulary(
     logarithm="ca.log({value})",
 )
 
-BUILDS_ON: tuple[str, ...] = ()
-
 
 def files(package: Package) -> dict[str, str]:
     """Return NAME_casadi.py, and the optimal control if its kernels are in the package."""

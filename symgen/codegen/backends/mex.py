@@ -8,8 +8,6 @@ from symgen.codegen.backends import Package
 from symgen.codegen.kernel import Kernel
 from symgen.files import rendered
 
-BUILDS_ON: tuple[str, ...] = ("c",)
-
 
 def files(package: Package) -> dict[str, str]:
     """Return the files of the folder mex/: the gateway and its build function."""

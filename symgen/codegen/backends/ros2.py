@@ -17,7 +17,6 @@ from symgen.errors import PackageError
 from symgen.robot.identifiers import c_identifiers
 from symgen.robot.types import Robot
 
-BUILDS_ON: tuple[str, ...] = ()
 #: Kernels that the plugins call.
 _KERNELS = (
     "inverse_dynamics",
