@@ -24,7 +24,7 @@ def readme(package: Package) -> str:
         "c/README.md",
         c=c,
         casadi=package.kernels[-1].name if "casadi" in package.targets else "",
-        sources=" ".join(f"{package.name}_{stem}.c" for stem in stems),
+        stems=stems,
         table=[" | ".join(_row(joint)) for joint in robot.joints],
         effects=effects,
         gravity="[" + ", ".join(text(g) for g in robot.gravity) + "]",

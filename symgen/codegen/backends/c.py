@@ -60,7 +60,7 @@ def files(package: Package) -> dict[str, str]:
     out["CMakeLists.txt"] = package.render(
         "c/CMakeLists.txt",
         sources=sources,
-        headers=" ".join(headers),
+        headers=headers,
         example=bool(controller),
         component="firmware" in package.targets,
     )
@@ -142,7 +142,7 @@ def _header(package: Package, kernels: Sequence[Any]) -> str:
         parameters.append((b.name, _wrapped(formula, _LINE - 4)))
     return package.render(
         "c/model.h",
-        joints=", ".join(f"q{j.number}" for j in robot.movable),
+        joints=robot.numbers,
         named=[(f"q{j.number}", c_comment(j.name)) for j in robot.movable if j.name],
         places=_named_places(robot),
         geometry=[(name, literal(value, package.dtype)) for name, value in robot.geometry],

@@ -100,8 +100,6 @@ def files(package: Package) -> dict[str, str]:
         "limits_header": f"{package.name}_limits.h" in library,
         "torque_limits": limits,
         "known": package.values is not None,
-        "g": ", gravity_.data()" if robot.gravity_input else "",
-        "zeros": ", ".join(["0.0"] * robot.n),
         "digest": f"sha256:{robot_digest(robot)[2:18]}",
     }
     written = {
