@@ -4,7 +4,7 @@ declare.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.diagnosis.messages import on_joints
+from symgen.files import rendered
 from symgen.report.content.parts import number, percent
 from symgen.robot.builtin import library_text
 
@@ -70,35 +71,24 @@ class Demonstration:
             **inside,
         }
 
-    def lines(self) -> Iterator[str]:
-        """Yield the lines for the terminal, step by step."""
-        before, after = self.why.estimates
-        logs = "train.csv --validation test.csv"
-        yield "A simulated 7-axis arm has a spring of 60 N m/rad on joint 2."
-        yield "robot.toml does not declare it."
-        yield f"1. symgen identify robot.toml {logs} --into identified"
-        yield f"   {_said(before)}"
-        yield f"2. symgen diagnose robot.toml {logs} --into diagnosis"
+    def text(self) -> str:
+        """Return the lines for the terminal, step by step."""
+        before, after = map(_said, self.why.estimates)
+        effects = []
         for effect in self.why.effects:
-            found = ", ".join(
-                f"{p.name} = {number(p.value, 3)} {p.unit} (standard deviation {number(p.std, 2)})"
-                for p in effect.parameters
-                if np.isfinite(p.std)
-            )
-            yield f"   {effect.name} on {on_joints(effect.joints, self.why.extended)}: {found}"
-        yield f"3. symgen identify diagnosis/robot.toml {logs} --into better"
-        yield f"   {_said(after)}"
-        yield "4. symgen generate diagnosis/robot.toml --into diagnosis/generated"
+            known = [p for p in effect.parameters if np.isfinite(p.std)]
+            effects.append((effect.name, on_joints(effect.joints, self.why.extended), known))
+        logs = "train.csv --validation test.csv"
+        return rendered(
+            "text/demo.txt", logs=logs, before=before, after=after, effects=effects, number=number
+        )
 
 
 def _said(estimate: Estimate) -> str:
-    return f"{estimate.verdict}: {percent(_error(estimate))} torque error on test.csv"
-
-
-def _error(estimate: Estimate) -> float:
+    """Return verdict and torque error on held-out motion."""
     error = estimate.moving or estimate.torque_validation
     assert error is not None
-    return error.relative
+    return f"{estimate.verdict}: {percent(error.relative)}"
 
 
 def demonstrate(told: Callable[[str], None]) -> Demonstration:

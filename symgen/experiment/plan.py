@@ -14,7 +14,7 @@ from symgen.errors import ParameterError
 from symgen.experiment.bounds import Bounds, LimitUse
 from symgen.experiment.reference import as_csv
 from symgen.experiment.trajectory import Trajectory
-from symgen.files import json_text
+from symgen.files import json_text, rendered
 from symgen.identification.assessment import CONDITION, WINDOWS
 from symgen.identification.estimate import JointLabel
 from symgen.names import REVOLUTE
@@ -259,12 +259,4 @@ def _urscript(robot: Robot, run: Trajectory) -> bytes:
         )
     t = run.times(_UR_STEP)
     step, q = float(t[1] - t[0]), run.at(t)
-    lines = [f"def {robot.name}_excite():", f"  movej({_list(q[0])}, a=0.5, v=0.1)"]
-    lines.append("  sleep(1.0)")
-    lines += [f"  servoj({_list(row)}, 0, 0, {step:.9g}, 0.1, 300)" for row in q]
-    lines += ["  stopj(1.0)", "end"]
-    return ("\n".join(lines) + "\n").encode()
-
-
-def _list(row: np.ndarray) -> str:
-    return "[" + ", ".join(f"{v:.9f}" for v in row) + "]"
+    return rendered("text/urscript.txt", robot=robot.name, step=step, q=q).encode()
