@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import shlex
+import tomllib
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import fields
-from functools import reduce, wraps
+from functools import cache, wraps
 from pathlib import Path
 from typing import Any
 
@@ -129,101 +130,23 @@ def into(marker: str, **options: Any) -> Command:
     return click.option("--into", type=PATH, callback=replaceable, **told)
 
 
-_READING = (
-    click.option(
-        "--columns",
-        multiple=True,
-        callback=_joined,
-        help="Column names of the file: t=time,q1=..; default of this and the options below: [log] "
-        "of the robot.",
-    ),
-    click.option("--joints", help="Joint names in the file, in the order of the robot: a,b,.."),
-    click.option(
-        "--topic", default="", show_default=False, help="Topic of the joint states in a bag."
-    ),
-    click.option(
-        "--mask",
-        help="Samples to leave out of the equations: rest, saturation, or rest,saturation.",
-    ),
-    click.option(
-        "--unit",
-        help="Unit of angles, deg or rad; or of columns: q=deg,qd=rad/s,tau2=mNm; u=% or u=V of "
-        "servos; tau=% of [drive] rated; steps: u=0.1%, q=ticks4096, u=sign10:0.1%.",
-    ),
-    click.option(
-        "--time-unit", default="", show_default=False, help="Unit of t in the file: s, ms, us, ns."
-    ),
-    click.option(
-        "--separator",
-        default="",
-        show_default=False,
-        help="Character between the columns of a CSV: ';', ',' or tab; default: by its header.",
-    ),
-    click.option(
-        "--decimal",
-        default="",
-        show_default=False,
-        help="Decimal mark of a CSV: '.' or ','; default: by its first numbers.",
-    ),
-    click.option(
-        "--no-header",
-        "header",
-        is_flag=True,
-        callback=_opposite,
-        help="The CSV has no header; --columns gives the numbers of its columns: t=1,q1=2,..",
-    ),
-)
-
-_RECORDING = (
-    click.option("--controller", "kind", default="computed-torque", help="computed-torque or pd."),
-    click.option("--bandwidth", default=40.0, help="Bandwidth of the controller, rad/s."),
-    click.option(
-        "--scale", default=1.0, help="Parameters of the controller divided by those of the robot."
-    ),
-    click.option(
-        "--feedback",
-        default="true",
-        help="Motion that the controller sees: true, or measured (at the time stamps).",
-    ),
-    click.option(
-        "--encoder", "encoder_step", default=0.0, help="Resolution of the encoders, rad or m."
-    ),
-    click.option(
-        "--position-noise", default=0.0, help="Standard deviation of the noise of q, rad or m."
-    ),
-    click.option(
-        "--velocity-noise", default=0.0, help="Standard deviation of the noise of qd, rad/s or m/s."
-    ),
-    click.option("--velocity-gain", default=1.0, help="Gain of the speed sensors."),
-    click.option(
-        "--no-velocity",
-        "velocity",
-        is_flag=True,
-        callback=_opposite,
-        help="Write no qd.",
-    ),
-    click.option(
-        "--torque-noise", default=0.0, help="Standard deviation of the noise of tau, N m or N."
-    ),
-    click.option(
-        "--torque-noise-percent",
-        "torque_noise_relative",
-        default=0.0,
-        callback=share,
-        help="Standard deviation of the noise of tau, % of its RMS.",
-    ),
-    click.option("--delay", default=0.0, help="Delay of q and qd after tau, s."),
-    click.option(
-        "--disturbance", default=0.0, help="Size of torques that the log does not show, N m or N."
-    ),
-    click.option(
-        "--rate", type=float, help="Sampling rate, Hz; default from the trajectory, or 1000."
-    ),
-)
+#: Words of options.toml for values that TOML does not have.
+_WORDS = {"number": float, "joined": _joined, "opposite": _opposite, "share": share}
 
 
-def _with(options: Sequence[Command], command: Command) -> Command:
-    return reduce(lambda wrapped, option: option(wrapped), reversed(options), command)
+@cache
+def _groups() -> dict[str, Any]:
+    """Return the groups of options.toml."""
+    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+
+
+def _with(group: str, command: Command, start: str = "--from") -> Command:
+    """Add a group of options to a command; `start` replaces the name --from."""
+    for names, table in reversed(_groups()[group].items()):
+        words = names.replace("--from", start).split()
+        values: dict[str, Any] = {key: _WORDS.get(value, value) for key, value in table.items()}
+        command = click.option(*words, **values)(command)
+    return command
 
 
 def taken(kind: Any, options: dict[str, Any]) -> Any:
@@ -266,9 +189,7 @@ def reading_options(command: Command, start: str = "--from") -> Command:
                 raise type(error)(text + then) from error
             raise
 
-    first = click.option(start, "start", type=float, help="First time of each log to use, s.")
-    last = click.option("--until", type=float, help="Last time of each log to use, s.")
-    return _with((*_READING, first, last), with_reading)
+    return _with("reading", with_reading, start)
 
 
 def recording_options(command: Command) -> Command:
@@ -282,7 +203,7 @@ def recording_options(command: Command) -> Command:
         options["controller"] = taken(Controller, options)
         return command(recording=taken(Recording, options), **options)
 
-    return _with(_RECORDING, with_recording)
+    return _with("recording", with_recording)
 
 
 def finish(result: Any, into: Path, **more: Any) -> int:
