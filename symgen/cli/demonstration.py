@@ -77,7 +77,8 @@ class Demonstration:
         effects = []
         for effect in self.why.effects:
             known = [p for p in effect.parameters if np.isfinite(p.std)]
-            effects.append((effect.name, on_joints(effect.joints, self.why.extended), known))
+            place = on_joints(effect.joints, self.why.extended)
+            effects.append((effect.name, place, known))
         logs = "train.csv --validation test.csv"
         return rendered(
             "text/demo.txt", logs=logs, before=before, after=after, effects=effects, number=number

@@ -144,7 +144,9 @@ def _with(group: str, command: Command, start: str = "--from") -> Command:
     """Add a group of options to a command; `start` replaces the name --from."""
     for names, table in reversed(_groups()[group].items()):
         words = names.replace("--from", start).split()
-        values: dict[str, Any] = {key: _WORDS.get(value, value) for key, value in table.items()}
+        values: dict[str, Any] = {}
+        for key, value in table.items():
+            values[key] = _WORDS.get(value, value)
         command = click.option(*words, **values)(command)
     return command
 

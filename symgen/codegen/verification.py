@@ -76,7 +76,8 @@ def checked_kernel(kernel: Kernel, verified: Mapping[str, Any]) -> dict[str, Any
         words.append(a.name if a.written else f"{first}[0]" if a.plain else first)
         if a.read:
             inputs.append((a, given, points))
-    expected = [_listed([float(v) for v in row]) for row in verified["expected"][kernel.name]]
+    rows = verified["expected"][kernel.name]
+    expected = [_listed([float(v) for v in row]) for row in rows]
     return {"kernel": kernel, "arguments": inputs, "words": words, "expected": expected}
 
 

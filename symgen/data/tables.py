@@ -402,14 +402,15 @@ def _npz(path: Path, wanted: Wanted) -> Table:
     of_frames = {key: framed[key] for key in content if key in framed}
     used = {*of_frames, *(names[role] for role in arrays)}
     unused = [key for key in content if key not in used]
+    rows = len(arrays["t"])
     for key in of_frames:
-        if np.size(content[key]) != len(arrays["t"]):
-            refuse(f"{key} has the shape {content[key].shape}", f"{key} ({len(arrays['t'])},)")
+        if np.size(content[key]) != rows:
+            refuse(f"{key} has the shape {content[key].shape}", f"{key} ({rows},)")
     groups: Groups = {}
     columns = list[NDArray[Any]]()
     for role, array in arrays.items():
-        of_joints = np.atleast_2d(array.T)
-        groups[role] = {j: len(columns) + j for j in range(len(of_joints))}
+        of_joints, first = np.atleast_2d(array.T), len(columns)
+        groups[role] = {j: first + j for j in range(len(of_joints))}
         columns.extend(of_joints)
     header = [*_columns(groups).values(), *of_frames, *unused]
     for key, (role, number) in of_frames.items():
@@ -424,7 +425,8 @@ def _npz(path: Path, wanted: Wanted) -> Table:
             for array in content.values():
                 _forget(array)
 
-    return Table(np.array([len(columns[0])]), groups, header, (), batches)
+    ends = np.array([len(columns[0])])
+    return Table(ends, groups, header, (), batches)
 
 
 @lru_cache(maxsize=1)

@@ -141,7 +141,8 @@ def read_values(path: str | Path, model: Model) -> Values:
     if known.estimate is not None:
         return replace(estimate_values(known.estimate), X=tuple(known.X.tolist()))
     named = read_named(Path(path), model)
-    return named_values(known.X.tolist(), *named, model.base, (f"From {Path(path).name}.",))
+    source = f"From {Path(path).name}."
+    return named_values(known.X.tolist(), *named, model.base, [source])
 
 
 def known_torques(estimate: Estimate) -> FloatArray | None:

@@ -66,7 +66,9 @@ def files(package: Package) -> dict[str, str]:
         "config/controllers.yaml": "controllers.yaml",
         f"launch/{folder}.launch.py": "launch.py",
     }
-    written |= {f"src/{plugin['stem']}.cpp": f"{plugin['stem']}.cpp" for plugin in plugins}
+    for plugin in plugins:
+        source = f"{plugin['stem']}.cpp"
+        written[f"src/{source}"] = source
     out = {path: package.render(f"ros2/{name}", **data) for path, name in written.items()}
     for plugin in plugins:
         description = package.render("ros2/plugin.xml", package=folder, plugin=plugin)
