@@ -14,6 +14,8 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from symgen.names import LICENSE, MAINTAINER
+from symgen.policy import ACCEPT, LEAST
 from symgen.report.terminal import print_result, say
 
 
@@ -81,7 +83,6 @@ def numbers(
 
 Command = Callable[..., Any]
 PATH = click.Path(path_type=Path)
-PERCENT = click.FloatRange(0, 100, min_open=True)
 
 
 def share(_context: Any, _option: Any, percent: float) -> float:
@@ -91,28 +92,6 @@ def share(_context: Any, _option: Any, percent: float) -> float:
 
 ROBOT = click.argument("robot", shell_complete=robot_names)
 LOGS = click.argument("logs", nargs=-1, required=True, type=click.Path())
-PARAMETERS = click.option(
-    "--parameters",
-    required=True,
-    help="Result folder of identify, its estimate.json, or a TOML file with [parameters].",
-)
-CUTOFF = click.option(
-    "--cutoff", type=float, help="Cutoff of the filter for q and qd, Hz; chosen by default."
-)
-WINDOW = click.option("--window", default=0.2, help="Length of the sliding windows, s.")
-DURATION = click.option("--duration", default=20.0, help="Duration of the Fourier series, s.")
-SEED = click.option("--seed", default=0, help="Seed of noise and Fourier series.")
-EXACT = click.option(
-    "--exact",
-    is_flag=True,
-    help="Base parameters of the exact geometry, not of the nominal one.",
-)
-#: Words of options. They are typed here because their tables take half a second to import; a test
-#: compares both.
-MODELS = ("energy", "momentum", "torque")
-DTYPES = ("double", "float")
-FORMATS = ("csv", "ros", "urscript")
-METHODS = ("auto", "wls", "ols", "huber", "tls", "iv", "consistent", "recursive")
 
 
 def into(marker: str, **options: Any) -> Command:
@@ -131,7 +110,25 @@ def into(marker: str, **options: Any) -> Command:
 
 
 #: Words of options.toml for values that TOML does not have.
-_WORDS = {"number": float, "joined": _joined, "opposite": _opposite, "share": share}
+_WORDS = {
+    "path": PATH,
+    "folder": click.Path(path_type=Path, exists=True, file_okay=False),
+    "number": float,
+    "integer": int,
+    "percent": click.FloatRange(0, 100, min_open=True),
+    "joined": _joined,
+    "opposite": _opposite,
+    "share": share,
+    "ACCEPT": 100 * ACCEPT,
+    "LEAST": 100 * LEAST,
+    "LICENSE": LICENSE,
+    "MAINTAINER": MAINTAINER,
+}
+#: Kinds of types in options.toml, made of a list.
+_TYPES: dict[str, Callable[[list[Any]], Any]] = {
+    "choice": click.Choice,
+    "range": lambda ends: click.IntRange(*ends),
+}
 
 
 @cache
@@ -140,15 +137,32 @@ def _groups() -> dict[str, Any]:
     return tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
 
 
-def _with(group: str, command: Command, start: str = "--from") -> Command:
-    """Add a group of options to a command; `start` replaces the name --from."""
-    for names, table in reversed(_groups()[group].items()):
-        words = names.replace("--from", start).split()
-        values: dict[str, Any] = {}
-        for key, value in table.items():
-            values[key] = _WORDS.get(value, value)
-        command = click.option(*words, **values)(command)
-    return command
+def options_of(group: str, start: str = "--from") -> Callable[[Command], Command]:
+    """Return a decorator that adds a group of options.toml to a command.
+
+    Args:
+        group: name of the group.
+        start: name that replaces --from.
+    """
+
+    def added(command: Command) -> Command:
+        for names, table in reversed(_groups()[group].items()):
+            words = names.replace("--from", start).split()
+            command = click.option(*words, **_arguments(names, table))(command)
+        return command
+
+    return added
+
+
+def _arguments(names: str, table: Any) -> dict[str, Any]:
+    """Return the arguments of click.option for an option of options.toml."""
+    out: dict[str, Any] = {}
+    for key, value in (_groups()["shared"][names] if table == "shared" else table).items():
+        if key in _TYPES:
+            out["type"] = _TYPES[key](value)
+        else:
+            out[key] = _WORDS.get(value, value)
+    return out
 
 
 def taken(kind: Any, options: dict[str, Any]) -> Any:
@@ -191,7 +205,7 @@ def reading_options(command: Command, start: str = "--from") -> Command:
                 raise type(error)(text + then) from error
             raise
 
-    return _with("reading", with_reading, start)
+    return options_of("reading", start)(with_reading)
 
 
 def recording_options(command: Command) -> Command:
@@ -205,7 +219,7 @@ def recording_options(command: Command) -> Command:
         options["controller"] = taken(Controller, options)
         return command(recording=taken(Recording, options), **options)
 
-    return _with("recording", with_recording)
+    return options_of("recording")(with_recording)
 
 
 def finish(result: Any, into: Path, **more: Any) -> int:

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import click
 
-from symgen.cli.options import EXACT, PATH
+from symgen.cli.options import PATH, options_of
 from symgen.errors import SymgenWarning
-from symgen.names import BASES
 from symgen.report.terminal import print_robot, say, table
 
 
@@ -24,12 +23,7 @@ def robots() -> None:
 
 @click.command("import")
 @click.argument("file", type=PATH)
-@click.option("--name", help="Name of the robot, a C identifier; default that of FILE.")
-@click.option("--fix", multiple=True, help="Joint to fix, NAME or NAME=VALUE; repeatable.")
-@click.option("--base", type=click.Choice(BASES), help="Base of the robot: at rest (default), with "
-              "an IMU, or floating, with six equations.")  # fmt: skip
-@EXACT
-@click.option("--into", type=PATH, help="robot.toml to write; default none.")
+@options_of("import")
 def import_(
     file: Path,
     name: str | None,
