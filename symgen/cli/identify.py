@@ -17,6 +17,7 @@ from symgen.cli.options import (
     numbers,
     options_of,
     reading_options,
+    taken,
 )
 from symgen.cli.progress import stages
 from symgen.report.terminal import print_result, say
@@ -37,16 +38,8 @@ def identify(
     logs: tuple[str, ...],
     validation: tuple[str, ...],
     model: str,
-    method: str,
     accept: float,
     least: float,
-    prior: str | None,
-    forgetting: float,
-    commanded: tuple[str, ...],
-    carried: tuple[str, ...],
-    mass: float | None,
-    com: str | None,
-    opened: tuple[str, ...],
     exact: bool,
     workers: int | None,
     scheduler: str | None,
@@ -67,17 +60,17 @@ def identify(
 
     source = symgen.read_robot(robot)
     source = replace(source, exact=exact or source.exact)
-    centre = numbers("--com", com, "X,Y,Z in m", (3,))
+    options["com"] = numbers("--com", options["com"], "X,Y,Z in m", (3,))
+    fit = taken(symgen.FitOptions, options)
     with stages(_IDENTIFYING) as told, executor_of(workers, scheduler) as executor:
         estimate = symgen.identify(
             robot,
             logs,
             validation=validation,
             model=model,
-            method=method,
             accept=accept / 100,
             least=least / 100,
-            fit=symgen.FitOptions(prior, commanded, forgetting, carried, mass, centre, opened),
+            fit=fit,
             exact=exact,
             executor=executor,
             progress=told,

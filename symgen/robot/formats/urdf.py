@@ -24,6 +24,7 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import ExpressionError, RobotError, first_of, located, shortened
+from symgen.files import rendered
 from symgen.robot import dh, expressions
 from symgen.robot.body import Body, Dynamics, merge_bodies
 from symgen.robot.exact_numbers import context
@@ -419,18 +420,7 @@ def _without_rounding(body: Body) -> Body:
 def _inertial(body: Body) -> list[str]:
     if not body.mass and not np.any(body.inertia):
         return [_FRAME]
-    upper = [(i, k) for i in range(3) for k in range(i, 3)]
-    tensor = " ".join(
-        f'{key}="{float(body.inertia[i, k])!r}"' for key, (i, k) in zip(TENSOR, upper, strict=True)
-    )
-    return [
-        "<inertial>",
-        f"  {CAVEAT}",
-        f'  <origin xyz="{" ".join(repr(float(v)) for v in body.com)}" rpy="0 0 0"/>',
-        f'  <mass value="{body.mass!r}"/>',
-        f"  <inertia {tensor}/>",
-        "</inertial>",
-    ]
+    return rendered("text/inertial.urdf", body=body, caveat=CAVEAT).splitlines()
 
 
 def _joint_edits(content: bytes, root: Element, chain: Chain, dynamics: Dynamics) -> Iterator[Edit]:
