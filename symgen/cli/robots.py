@@ -10,7 +10,7 @@ import click
 
 from symgen.cli.options import PATH, options_of
 from symgen.errors import SymgenWarning
-from symgen.report.terminal import print_robot, say, table
+from symgen.report.terminal import say, table
 
 
 @click.command()
@@ -43,6 +43,7 @@ def import_(
     from symgen.robot.imported import with_name
     from symgen.robot.toml_io import read_imported
     from symgen.robot.toml_text import parameters_toml
+    from symgen.robot.types import HEADER
 
     if into is not None and into.suffix != ".toml":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .toml")
@@ -58,7 +59,7 @@ def import_(
         check_text_replaceable(path)
     for path, text in files.items():
         write_text(path, text)
-    print_robot(found.robot)
+    table(HEADER, found.robot.table())
     for line in found.notes:
         say(f"note: {line}")
     for line in found.assumed:
