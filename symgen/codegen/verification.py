@@ -65,20 +65,15 @@ def checked_kernel(kernel: Kernel, verified: Mapping[str, Any]) -> dict[str, Any
         kernel: kernel of the package.
         verified: points and expected values, from `verification`.
     """
-    inputs, words = [], []
     places = verified["points"][kernel.name]
-    for a in kernel.arguments:
-        given = f"{a.name}_in" if a.written else a.name  # a copy if it is changed in place
-        points = [point[a.name] for point in places] if a.read else []
-        if not a.written and all(values == points[0] for values in points):
-            points = points[:1]  # the same at all points
-        first = f"{given}[{'0' if len(points) == 1 else 'i'}]"
-        words.append(a.name if a.written else f"{first}[0]" if a.plain else first)
-        if a.read:
-            inputs.append((a, given, points))
+    points = {}
+    for a in kernel.inputs:
+        found = [point[a.name] for point in places]
+        same = not a.written and all(values == found[0] for values in found)
+        points[a.name] = found[:1] if same else found
     rows = verified["expected"][kernel.name]
     expected = [_listed([float(v) for v in row]) for row in rows]
-    return {"kernel": kernel, "arguments": inputs, "words": words, "expected": expected}
+    return {"kernel": kernel, "points": points, "expected": expected}
 
 
 def _listed(values: Sequence[float]) -> str:

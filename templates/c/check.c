@@ -25,9 +25,10 @@ int main(void)
 {% for k in kernels %}
 {% set kernel = k.kernel %}
     {
-{% for a, given, points in k.arguments %}
+{% for a in kernel.inputs %}
+{% set points = k.points[a.name] %}
 {% set suffix = "u" if a.link else "f" if dtype == "float" else "" %}
-        static const {{ "size_t" if a.link else name ~ "_real" }} {{ given }}[{{ points | length }}][{{ points[0] | length }}] = {
+        static const {{ "size_t" if a.link else name ~ "_real" }} {{ a.name }}{{ "_in" if a.written }}[{{ points | length }}][{{ points[0] | length }}] = {
 {% for row in points %}
             { {{ row | join(suffix ~ ", ") }}{{ suffix }} },
 {% endfor %}
@@ -49,7 +50,7 @@ int main(void)
                 {{ a.name }}[k] = {{ a.name }}_in[i][k];
             }
 {% endfor %}
-            {{ "worst += " if kernel.fallible }}{{ name }}_{{ kernel.name }}({{ k.words | join(", ") }});
+            {{ "worst += " if kernel.fallible }}{{ name }}_{{ kernel.name }}({% for a in kernel.arguments %}{{ a.name }}{% if not a.written %}[{{ "0" if k.points[a.name] | length == 1 else "i" }}]{{ "[0]" if a.plain }}{% endif %}{{ ", " if not loop.last }}{% endfor %});
 {% set at = namespace(offset=0) %}
 {% for o in kernel.outputs %}
             here = fmax(here, error_of({{ o.name }}, expected[i] + {{ at.offset }}, {{ o.size }}));
