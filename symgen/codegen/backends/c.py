@@ -14,7 +14,7 @@ from typing import Any
 from symgen.codegen import example
 from symgen.codegen.backends import VERSION, Package
 from symgen.codegen.c_printer import Printer, literal
-from symgen.codegen.kernel import LINK, SCALARS, Kernel
+from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.panels import panel_data, panelled
 from symgen.codegen.values import robot_digest, values_header_text
@@ -148,6 +148,7 @@ def _header(package: Package, kernels: Sequence[Any]) -> str:
         geometry=[(name, literal(value, package.dtype)) for name, value in robot.geometry],
         base=parameters,
         kernels=kernels,
+        wrapped=_wrapped,
         numbers=VERSION.split("."),
         digest=robot_digest(robot),
     )
@@ -195,16 +196,10 @@ def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, An
     macros = {real_symbol(g): f"{name}_geometry_{g}" for g, _ in robot.geometry}
     function = Printer(kernel, macros, robot.values(), dtype, name).function()
     batch_parameters = kernel.listed(dtype, batch=True)
-    shapes = []
-    for line in _shapes(kernel, name):
-        shapes += _wrapped(line, _LINE - 4, subsequent_indent="  ")
-    declarations = []
-    for prototype in kernel.prototypes(name, dtype):
-        declarations += _wrapped(prototype, _LINE, subsequent_indent="    ")
     return {
+        "kernel": kernel,
         "name": kernel.name,
         "doc": _wrapped(kernel.doc, _LINE - 4),
-        "shapes": shapes,
         "returns": "int" if kernel.fallible else "void",
         "fallible": kernel.fallible,
         "link": kernel.link,
@@ -215,28 +210,9 @@ def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, An
         "parameters": kernel.listed(dtype),
         "batch_parameters": batch_parameters,
         "batch_lines": _wrapped(batch_parameters, _LINE - 4),
-        "declarations": declarations,
         "operations": vars(kernel.tape.operations),
         "body": function.body,
         "arguments": kernel.arguments,
         "needs_math": function.needs_math,
         "needs_sincos": function.needs_sincos,
     }
-
-
-def _shapes(kernel: Kernel, prefix: str) -> list[str]:
-    """Describe the arrays of a kernel, one line each."""
-    lines = []
-    for a in kernel.inputs:
-        shape = "a number" if a.name in SCALARS else f"({a.size},)"
-        if a.name == LINK:
-            shape = (
-                f"number of a joint in robot.toml, {a.first} to {a.last}; with any other the "
-                f"function returns {prefix}_NO_SUCH_LINK and writes nothing"
-            )
-        lines.append(f"{a.name}: {shape}")
-    for o in kernel.outputs:
-        columns = f": {', '.join(o.columns)}" if o.columns else ""
-        comma = "," if len(o.shape) == 1 else ""
-        lines.append(f"{o.name}: ({', '.join(map(str, o.shape))}{comma}){columns}")
-    return lines
