@@ -135,18 +135,15 @@ def runtime_source(path: str, gravity_input: bool, dtype: str = "double") -> str
 
 def _header(package: Package, kernels: Sequence[Any]) -> str:
     """Return NAME.h."""
-    robot, base = package.model.robot, package.model.base
-    parameters = []
-    for b in base.parameters:
-        formula = f"{six_digits(b.expression)} [{b.unit}]"
-        parameters.append((b.name, _wrapped(formula, _LINE - 4)))
+    robot = package.model.robot
     return package.render(
         "c/model.h",
-        joints=robot.numbers,
-        named=[(f"q{j.number}", c_comment(j.name)) for j in robot.movable if j.name],
+        joints=robot.movable,
+        comment=c_comment,
         places=_named_places(robot),
         geometry=[(name, literal(value, package.dtype)) for name, value in robot.geometry],
-        base=parameters,
+        base=package.model.base.parameters,
+        six_digits=six_digits,
         kernels=kernels,
         wrapped=_wrapped,
         numbers=VERSION.split("."),
