@@ -14,7 +14,7 @@ from symgen.errors import ParameterError
 from symgen.experiment.bounds import Bounds, LimitUse
 from symgen.experiment.reference import as_csv
 from symgen.experiment.trajectory import Trajectory
-from symgen.files import json_text, rendered
+from symgen.files import rendered
 from symgen.identification.assessment import CONDITION, WINDOWS
 from symgen.identification.estimate import JointLabel
 from symgen.names import REVOLUTE
@@ -238,16 +238,9 @@ def _points(run: Trajectory, rate: float) -> tuple[np.ndarray, ...]:
 def _yaml(names: Sequence[str], points: Sequence[np.ndarray], approach: float) -> bytes:
     """Return a trajectory_msgs/msg/JointTrajectory for `ros2 topic pub`, as JSON, which is YAML."""
     t, *motion = points
-    keys, out = ("positions", "velocities", "accelerations"), []
-    for k, stamp in enumerate(t):
-        rows = {
-            key: [float(f"{v:.12g}") for v in x[k]] for key, x in zip(keys, motion, strict=True)
-        }
-        sec, nanosec = divmod(round((stamp + approach) * 1e9), 10**9)
-        out.append({**rows, "time_from_start": {"sec": sec, "nanosec": nanosec}})
-    header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
-    content = {"header": header, "joint_names": list(names), "points": out}
-    return (json_text(content) + "\n").encode()
+    stamps = [round((stamp + approach) * 1e9) for stamp in t]
+    rows = zip(stamps, *motion, strict=True)
+    return rendered("text/trajectory.yaml", names=json.dumps(list(names)), points=rows).encode()
 
 
 def _urscript(robot: Robot, run: Trajectory) -> bytes:

@@ -15,7 +15,7 @@
 #define {{ name }}_LINK_{{ ending }} {{ frame.joint }}
 static const {{ name }}_real {{ name }}_FRAME_{{ ending }}[16] = {
 {% for row in frame.transform %}
-    {% for x in row %}({{ name }}_real){{ x }}{{ ", " if not loop.last }}{% endfor %}{{ "" if loop.last else "," }}
+    ({{ name }}_real){{ row | join(", (" ~ name ~ "_real)") }}{{ "" if loop.last else "," }}
 {% endfor %}
 };
 {% endfor %}

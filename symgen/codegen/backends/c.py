@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from symgen.codegen import example
-from symgen.codegen.backends import VERSION, Package
+from symgen.codegen.backends import Package
 from symgen.codegen.c_printer import Printer, literal
 from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model
@@ -146,7 +146,6 @@ def _header(package: Package, kernels: Sequence[Any]) -> str:
         six_digits=six_digits,
         kernels=kernels,
         wrapped=_wrapped,
-        numbers=VERSION.split("."),
         digest=robot_digest(robot),
     )
 
