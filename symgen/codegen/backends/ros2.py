@@ -34,7 +34,8 @@ def files(package: Package) -> dict[str, str]:
     """Return the files of the folder NAME_model: C library, plugins, manifest and launch file."""
     robot = package.model.robot
     _require(package)
-    folder = _package_name(package.name)
+    plain = re.sub("_+", "_", package.name.lower().strip("_"))
+    folder = f"{plain}_model"
     library = c.files(package)
     names = [_quoted(j.name or f"q{j.number}") for j in robot.movable]
     limits = robot.limits.torque if robot.limits is not None else None
@@ -75,11 +76,6 @@ def files(package: Package) -> dict[str, str]:
         out[f"{plugin['stem']}.xml"] = description
     out |= {f"model/{path}": text for path, text in library.items()}
     return {f"{folder}/{path}": text for path, text in out.items()}
-
-
-def _package_name(name: str) -> str:
-    """Return the name of the ROS package: lower case, without runs of underscores."""
-    return re.sub("_+", "_", f"{name.lower().strip('_')}_model")
 
 
 def _quoted(text: str) -> str:
