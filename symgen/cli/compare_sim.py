@@ -7,14 +7,14 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import PATH, finish, into, reading_options
+from symgen.cli.options import PATH, finish, into, options_of, reading_options
 from symgen.cli.progress import say_progress
 from symgen.errors import ParameterError
 
 
 @click.command("compare-sim")
 @click.argument("paths", metavar="FILE.xml|FILE.urdf... LOG...", nargs=-1, required=True, type=PATH)
-@click.option("--robot", help="Robot whose joints the logs have; default the first file.")
+@options_of("compare-sim")
 @reading_options
 @into("simulation.json")
 def compare_sim(paths: tuple[Path, ...], into: Path, **options: Any) -> int:

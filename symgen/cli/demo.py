@@ -26,8 +26,7 @@ def demo(into: Path) -> None:
         done = demonstrate(told)
         files = done.files()
     write_folder(into, files, _MARKER)
-    for line in done.lines():
-        say(line)
+    say(done.text())
     place = into / "diagnosis/report.html"
     say(f"written: {place}")
     if sys.stdout.isatty():

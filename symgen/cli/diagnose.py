@@ -9,12 +9,11 @@ from typing import Any
 import click
 
 from symgen.cli.options import (
-    CUTOFF,
     LOGS,
-    PERCENT,
     ROBOT,
     again,
     into,
+    options_of,
     reading_options,
     split_list,
 )
@@ -29,26 +28,7 @@ _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.
 @click.command()
 @ROBOT
 @LOGS
-@click.option("--validation", multiple=True, help="Log to measure the torque error on; repeatable.")
-@click.option(
-    "--parameters", help="Parameters to keep, not identified again: what has changed since?"
-)
-@click.option(
-    "--effects", help="Effects to try, comma-separated; default all (see symgen explain)."
-)
-@CUTOFF
-@click.option(
-    "--least",
-    type=PERCENT,
-    default=0.8,
-    help="Smallest effect to report, percent of the joint's torque.",
-)
-@click.option(
-    "--misfit",
-    type=PERCENT,
-    default=0.4,
-    help="Smallest model error to expect, percent of the joint's torque.",
-)
+@options_of("diagnose")
 @reading_options
 @into("diagnosis.json")
 def diagnose(effects: str | None, into: Path, least: float, misfit: float, **options: Any) -> int:

@@ -7,67 +7,14 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import FORMATS, MODELS, PATH, ROBOT, WINDOW, numbers, taken
+from symgen.cli.options import ROBOT, numbers, options_of, taken
 from symgen.cli.progress import meter, say_progress
 from symgen.report.terminal import print_result, say
 
 
 @click.command()
 @ROBOT
-@click.option("--model", default="momentum", type=click.Choice(MODELS))
-@click.option(
-    "--for",
-    "wanted",
-    multiple=True,
-    help="Effect that the motion must also show, NAME:JOINT (gravity_spring:2); repeatable.",
-)
-@click.option("--position", help="Position limits, LOW:HIGH or HALF (-HALF to HALF), rad or m.")
-@click.option("--velocity", help="Largest speed, rad/s or m/s.")
-@click.option("--acceleration", help="Largest acceleration, rad/s2 or m/s2.")
-@click.option("--jerk", help="Largest jerk, rad/s3 or m/s3.")
-@click.option("--torque", help="Largest torque of the prior model, N m or N.")
-@click.option(
-    "--parameters",
-    help="Prior model: a result folder of identify, estimate.json or TOML with [parameters].",
-)
-@click.option("--start", help="Start position of every run, rad or m; default free.")
-@click.option(
-    "--duration",
-    type=float,
-    help="Duration of each run, s; default long enough for identify, at least 10.",
-)
-@click.option(
-    "--runs",
-    default=1,
-    type=click.IntRange(1, 100),
-    help="Number of runs, all different.",
-)
-@click.option("--terms", type=int, help="Number of harmonics of each joint.")
-@WINDOW
-@click.option(
-    "--noise",
-    help="Standard deviation of the torque noise in the log, N m or N; default 1 % of the torque "
-    "limits, or 1 without limits.",
-)
-@click.option("--rate", default=200.0, help="Sampling rate of the CSV, Hz.")
-@click.option("--budget", default=60.0, help="Time limit of the search, s.")
-@click.option("--searches", default=4, help="Number of random starts to optimize.")
-@click.option(
-    "--iterations", default=20_000, help="Largest number of motions that each search tries."
-)
-@click.option("--seed", default=0, type=click.IntRange(0), help="Seed of the random starts.")
-@click.option(
-    "--to",
-    default="csv",
-    type=click.Choice(FORMATS),
-    help="csv; or ros or urscript, to write that format too.",
-)
-@click.option(
-    "--into",
-    type=PATH,
-    required=True,
-    help="CSV to write; page and JSON beside it.",
-)
+@options_of("excite")
 def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: Any) -> int:
     """Find motions within limits from which the parameters of ROBOT can be identified.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symgen.cli.options import PATH, PERCENT, again, reading_options
+from symgen.cli.options import PATH, again, options_of, reading_options
 from symgen.cli.progress import say_progress
 from symgen.errors import PackageError
 from symgen.report.terminal import say
@@ -19,23 +19,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("estimate", type=PATH)
-@click.option("--to", type=PATH, required=True, help="URDF or MJCF to write; a folder of them "
-              "with --samples.")  # fmt: skip
-@click.option("--from", "source", type=PATH, help="Robot file to copy.")
-@click.option("--robot", help="Robot that was identified; default robot.toml beside ESTIMATE.")
-@click.option("--log", "logs", type=PATH, multiple=True, help="Log on which the written file is "
-              "compared with the estimate; repeatable.")  # fmt: skip
-@click.option("--least", type=PERCENT, default=0.8, help="By how much the torque error of the "
-              "written file on a --log may be above the estimate's, percent.")  # fmt: skip
-@click.option("--samples", type=click.IntRange(1), help="Write this many files, with parameters "
-              "drawn from their distribution.")  # fmt: skip
-@click.option("--seed", type=int, default=0, help="Of the draws of --samples; default 0.")
-@click.option("--mujoco", type=click.Choice(["3.0", "3.7"]), default="3.0", help="Oldest MuJoCo "
-              "that reads the MJCF; dampers and springs of higher order need 3.7.")  # fmt: skip
-@click.option("--actuator", type=click.Choice(["position", "motor", "dcmotor"]), help="Actuators "
-              "of the MJCF for an estimate from logs of duty: driven by a reference, by duty or by "
-              "volts (MuJoCo 3.7); default position if [controller] commands duty, else motor."
-              )  # fmt: skip
+@options_of("export")
 @partial(reading_options, start="--start")
 def export(
     estimate: Path,

@@ -14,23 +14,24 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import DTYPES, EXACT, PATH, ROBOT, TARGETS, split_list
+from symgen.cli.options import ROBOT, options_of, split_list
 from symgen.cli.progress import meter, say_progress
-from symgen.names import LICENSE, MAINTAINER
 from symgen.report.terminal import say, table
 
+_BUILD = "cmake -S {folder} -B {folder}-build && cmake --build {folder}-build"
 #: The command that uses the files of a target, with the folder and the name of the package.
 NEXT = {
-    "c": "cmake -S {folder} -B {folder}-build && cmake --build {folder}-build",
+    "c": _BUILD,
     "casadi": "python {folder}/{name}_casadi.py --save {folder}",
     "mex": 'octave --eval "cd {folder}/mex; {name}_build"',
+    "all": _BUILD,
     "ros2": "colcon build --base-paths {folder}",
     "firmware": "pio pkg pack {folder}",
     "rust": "cargo build --manifest-path {folder}/Cargo.toml",
+    "simulink": 'matlab -batch "cd {folder}; {name}_simulink"',
     "jax": 'PYTHONPATH={folder} python -c "import {name}_jax as model; help(model)"',
     "torch": 'PYTHONPATH={folder} python -c "import {name}_torch as model; help(model)"',
     "cuda": "nvcc -O3 -arch=native -c {folder}/{name}.cu -o {name}.o",
-    "simulink": 'matlab -batch "cd {folder}; {name}_simulink"',
 }
 #: Approximate share of the time for derivation; proof and writing take the rest.
 _DERIVING = 0.6
@@ -38,43 +39,7 @@ _DERIVING = 0.6
 
 @click.command()
 @ROBOT
-@click.option("--into", type=PATH, help="Folder of the package; default generated/NAME.")
-@click.option("--target", default="all", type=click.Choice(TARGETS))
-@click.option(
-    "--dtype",
-    default="double",
-    type=click.Choice(DTYPES),
-    help="Precision of the C code.",
-)
-@click.option(
-    "--kernels",
-    help="Kernels to write, comma-separated; default all. all,payload adds what follows a load.",
-)
-@click.option(
-    "--prefix",
-    help="Prefix of file and function names; default the robot's name (float: with an f).",
-)
-@click.option(
-    "--parameters",
-    type=PATH,
-    help="Values for NAME_values.h and MEX: URDF, TOML or a result of identify.",
-)
-@click.option(
-    "--license",
-    default=LICENSE,
-    help="License in the manifests of other tools, an SPDX expression such as BSD-3-Clause.",
-)
-@click.option(
-    "--maintainer", default=MAINTAINER, help="Maintainer in the manifests of other tools."
-)
-@click.option("--standard", is_flag=True, help="Add regressors of the standard parameters.")
-@EXACT
-@click.option("--tex", is_flag=True, help="Add base parameters and small regressors as LaTeX.")
-@click.option(
-    "--check",
-    type=click.Path(path_type=Path, exists=True, file_okay=False),
-    help="Write nothing; compare with the files of this folder.",
-)
+@options_of("generate")
 def generate(
     robot: str,
     into: Path | None,
@@ -160,6 +125,5 @@ def generate(
     for line in lines:
         click.echo(line)
     say(f"written: {folder} ({len(files)} files)")
-    used = NEXT[target if target != "all" else "c"]
     package = prefix or default_prefix(name, dtype)
-    say(f"next: {used.format(folder=shlex.quote(str(folder)), name=package)}")
+    say(f"next: {NEXT[target].format(folder=shlex.quote(str(folder)), name=package)}")

@@ -10,22 +10,16 @@ from typing import Any
 import click
 
 from symgen.cli.options import (
-    CUTOFF,
-    EXACT,
     LOGS,
-    METHODS,
-    MODELS,
-    PERCENT,
     ROBOT,
-    WINDOW,
     again,
     into,
-    point,
+    numbers,
+    options_of,
     reading_options,
-    share,
+    taken,
 )
 from symgen.cli.progress import stages
-from symgen.policy import ACCEPT, LEAST
 from symgen.report.terminal import print_result, say
 
 #: First word of a progress message, and the share of the time that has passed before it.
@@ -36,64 +30,7 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 @click.command()
 @ROBOT
 @LOGS
-@click.option(
-    "--validation",
-    multiple=True,
-    help="Held-out log that tests the model; repeatable. Default: the last fifth of each log.",
-)
-@click.option("--model", default="auto", type=click.Choice(("auto", *MODELS)))
-@click.option("--method", default="auto", type=click.Choice(METHODS))
-@WINDOW
-@CUTOFF
-@click.option(
-    "--accept",
-    type=PERCENT,
-    default=100 * ACCEPT,
-    callback=share,
-    help="Largest torque error of a usable model, percent.",
-)
-@click.option(
-    "--least",
-    type=PERCENT,
-    default=100 * LEAST,
-    callback=share,
-    help="Smallest torque that matters, percent of the joint's torque.",
-)
-@click.option(
-    "--prior", help="Prior values for auto, wls and consistent: estimate.json, TOML or .urdf."
-)
-@click.option(
-    "--forgetting",
-    default=1.0,
-    help="Forgetting factor for each new sample, for method recursive.",
-)
-@click.option(
-    "--commanded",
-    multiple=True,
-    help="Commanded motion of a log, for method iv; once for each log.",
-)
-@click.option(
-    "--carried",
-    multiple=True,
-    help="Log of duty in which the link of [payload] carries a body of known mass; repeatable.",
-)
-@click.option("--mass", type=float, help="Mass of the body in --carried, kg.")
-@click.option(
-    "--com", callback=point, help="Its centre of mass in the frame of the link: X,Y,Z, m."
-)
-@click.option(
-    "--open",
-    "opened",
-    multiple=True,
-    help="Log of a motion with open windings, which separates back-EMF from viscous friction.",
-)
-@EXACT
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    help="Number of processes that read long logs; 1: one thread.",
-)
-@click.option("--scheduler", help="Address of a Dask scheduler whose workers read long logs.")
+@options_of("identify")
 @reading_options
 @into("estimate.json")
 def identify(
@@ -101,14 +38,8 @@ def identify(
     logs: tuple[str, ...],
     validation: tuple[str, ...],
     model: str,
-    method: str,
-    prior: str | None,
-    forgetting: float,
-    commanded: tuple[str, ...],
-    carried: tuple[str, ...],
-    mass: float | None,
-    com: tuple[float, float, float] | None,
-    opened: tuple[str, ...],
+    accept: float,
+    least: float,
     exact: bool,
     workers: int | None,
     scheduler: str | None,
@@ -129,14 +60,17 @@ def identify(
 
     source = symgen.read_robot(robot)
     source = replace(source, exact=exact or source.exact)
+    options["com"] = numbers("--com", options["com"], "X,Y,Z in m", (3,))
+    fit = taken(symgen.FitOptions, options)
     with stages(_IDENTIFYING) as told, executor_of(workers, scheduler) as executor:
         estimate = symgen.identify(
             robot,
             logs,
             validation=validation,
             model=model,
-            method=method,
-            fit=symgen.FitOptions(prior, commanded, forgetting, carried, mass, com, opened),
+            accept=accept / 100,
+            least=least / 100,
+            fit=fit,
             exact=exact,
             executor=executor,
             progress=told,

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import shlex
+import tomllib
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import fields
-from functools import reduce, wraps
+from functools import cache, wraps
 from pathlib import Path
 from typing import Any
 
 import click
 from click.core import ParameterSource
 
+from symgen.names import LICENSE, MAINTAINER
+from symgen.policy import ACCEPT, LEAST
 from symgen.report.terminal import print_result, say
 
 
@@ -80,7 +83,6 @@ def numbers(
 
 Command = Callable[..., Any]
 PATH = click.Path(path_type=Path)
-PERCENT = click.FloatRange(0, 100, min_open=True)
 
 
 def share(_context: Any, _option: Any, percent: float) -> float:
@@ -88,54 +90,8 @@ def share(_context: Any, _option: Any, percent: float) -> float:
     return percent / 100
 
 
-def point(_context: Any, _option: Any, text: str | None) -> tuple[float, ...] | None:
-    """Convert X,Y,Z to numbers."""
-    if text is None:
-        return None
-    try:
-        x, y, z = map(float, text.split(","))
-    except ValueError as error:
-        raise click.BadParameter(f"{text!r}; accepted: X,Y,Z in m") from error
-    return x, y, z
-
-
 ROBOT = click.argument("robot", shell_complete=robot_names)
 LOGS = click.argument("logs", nargs=-1, required=True, type=click.Path())
-PARAMETERS = click.option(
-    "--parameters",
-    required=True,
-    help="Result folder of identify, its estimate.json, or a TOML file with [parameters].",
-)
-CUTOFF = click.option(
-    "--cutoff", type=float, help="Cutoff of the filter for q and qd, Hz; chosen by default."
-)
-WINDOW = click.option("--window", default=0.2, help="Length of the sliding windows, s.")
-DURATION = click.option("--duration", default=20.0, help="Duration of the Fourier series, s.")
-SEED = click.option("--seed", default=0, help="Seed of noise and Fourier series.")
-EXACT = click.option(
-    "--exact",
-    is_flag=True,
-    help="Base parameters of the exact geometry, not of the nominal one.",
-)
-#: Words of options. They are typed here because their tables take half a second to import; a test
-#: compares both.
-MODELS = ("energy", "momentum", "torque")
-TARGETS = (
-    "c",
-    "casadi",
-    "mex",
-    "all",
-    "ros2",
-    "firmware",
-    "rust",
-    "simulink",
-    "jax",
-    "torch",
-    "cuda",
-)
-DTYPES = ("double", "float")
-FORMATS = ("csv", "ros", "urscript")
-METHODS = ("auto", "wls", "ols", "huber", "tls", "iv", "consistent", "recursive")
 
 
 def into(marker: str, **options: Any) -> Command:
@@ -153,101 +109,60 @@ def into(marker: str, **options: Any) -> Command:
     return click.option("--into", type=PATH, callback=replaceable, **told)
 
 
-_READING = (
-    click.option(
-        "--columns",
-        multiple=True,
-        callback=_joined,
-        help="Column names of the file: t=time,q1=..; default of this and the options below: [log] "
-        "of the robot.",
-    ),
-    click.option("--joints", help="Joint names in the file, in the order of the robot: a,b,.."),
-    click.option(
-        "--topic", default="", show_default=False, help="Topic of the joint states in a bag."
-    ),
-    click.option(
-        "--mask",
-        help="Samples to leave out of the equations: rest, saturation, or rest,saturation.",
-    ),
-    click.option(
-        "--unit",
-        help="Unit of angles, deg or rad; or of columns: q=deg,qd=rad/s,tau2=mNm; u=% or u=V of "
-        "servos; tau=% of [drive] rated; steps: u=0.1%, q=ticks4096, u=sign10:0.1%.",
-    ),
-    click.option(
-        "--time-unit", default="", show_default=False, help="Unit of t in the file: s, ms, us, ns."
-    ),
-    click.option(
-        "--separator",
-        default="",
-        show_default=False,
-        help="Character between the columns of a CSV: ';', ',' or tab; default: by its header.",
-    ),
-    click.option(
-        "--decimal",
-        default="",
-        show_default=False,
-        help="Decimal mark of a CSV: '.' or ','; default: by its first numbers.",
-    ),
-    click.option(
-        "--no-header",
-        "header",
-        is_flag=True,
-        callback=_opposite,
-        help="The CSV has no header; --columns gives the numbers of its columns: t=1,q1=2,..",
-    ),
-)
-
-_RECORDING = (
-    click.option("--controller", "kind", default="computed-torque", help="computed-torque or pd."),
-    click.option("--bandwidth", default=40.0, help="Bandwidth of the controller, rad/s."),
-    click.option(
-        "--scale", default=1.0, help="Parameters of the controller divided by those of the robot."
-    ),
-    click.option(
-        "--feedback",
-        default="true",
-        help="Motion that the controller sees: true, or measured (at the time stamps).",
-    ),
-    click.option(
-        "--encoder", "encoder_step", default=0.0, help="Resolution of the encoders, rad or m."
-    ),
-    click.option(
-        "--position-noise", default=0.0, help="Standard deviation of the noise of q, rad or m."
-    ),
-    click.option(
-        "--velocity-noise", default=0.0, help="Standard deviation of the noise of qd, rad/s or m/s."
-    ),
-    click.option("--velocity-gain", default=1.0, help="Gain of the speed sensors."),
-    click.option(
-        "--no-velocity",
-        "velocity",
-        is_flag=True,
-        callback=_opposite,
-        help="Write no qd.",
-    ),
-    click.option(
-        "--torque-noise", default=0.0, help="Standard deviation of the noise of tau, N m or N."
-    ),
-    click.option(
-        "--torque-noise-percent",
-        "torque_noise_relative",
-        default=0.0,
-        callback=share,
-        help="Standard deviation of the noise of tau, % of its RMS.",
-    ),
-    click.option("--delay", default=0.0, help="Delay of q and qd after tau, s."),
-    click.option(
-        "--disturbance", default=0.0, help="Size of torques that the log does not show, N m or N."
-    ),
-    click.option(
-        "--rate", type=float, help="Sampling rate, Hz; default from the trajectory, or 1000."
-    ),
-)
+#: Words of options.toml for values that TOML does not have.
+_WORDS = {
+    "path": PATH,
+    "folder": click.Path(path_type=Path, exists=True, file_okay=False),
+    "number": float,
+    "integer": int,
+    "percent": click.FloatRange(0, 100, min_open=True),
+    "joined": _joined,
+    "opposite": _opposite,
+    "share": share,
+    "ACCEPT": 100 * ACCEPT,
+    "LEAST": 100 * LEAST,
+    "LICENSE": LICENSE,
+    "MAINTAINER": MAINTAINER,
+}
+#: Kinds of types in options.toml, made of a list.
+_TYPES: dict[str, Callable[[list[Any]], Any]] = {
+    "choice": click.Choice,
+    "range": lambda ends: click.IntRange(*ends),
+}
 
 
-def _with(options: Sequence[Command], command: Command) -> Command:
-    return reduce(lambda wrapped, option: option(wrapped), reversed(options), command)
+@cache
+def _groups() -> dict[str, Any]:
+    """Return the groups of options.toml."""
+    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+
+
+def options_of(group: str, start: str = "--from") -> Callable[[Command], Command]:
+    """Return a decorator that adds a group of options.toml to a command.
+
+    Args:
+        group: name of the group.
+        start: name that replaces --from.
+    """
+
+    def added(command: Command) -> Command:
+        for names, table in reversed(_groups()[group].items()):
+            words = names.replace("--from", start).split()
+            command = click.option(*words, **_arguments(names, table))(command)
+        return command
+
+    return added
+
+
+def _arguments(names: str, table: Any) -> dict[str, Any]:
+    """Return the arguments of click.option for an option of options.toml."""
+    out: dict[str, Any] = {}
+    for key, value in (_groups()["shared"][names] if table == "shared" else table).items():
+        if key in _TYPES:
+            out["type"] = _TYPES[key](value)
+        else:
+            out[key] = _WORDS.get(value, value)
+    return out
 
 
 def taken(kind: Any, options: dict[str, Any]) -> Any:
@@ -290,9 +205,7 @@ def reading_options(command: Command, start: str = "--from") -> Command:
                 raise type(error)(text + then) from error
             raise
 
-    first = click.option(start, "start", type=float, help="First time of each log to use, s.")
-    last = click.option("--until", type=float, help="Last time of each log to use, s.")
-    return _with((*_READING, first, last), with_reading)
+    return options_of("reading", start)(with_reading)
 
 
 def recording_options(command: Command) -> Command:
@@ -306,7 +219,7 @@ def recording_options(command: Command) -> Command:
         options["controller"] = taken(Controller, options)
         return command(recording=taken(Recording, options), **options)
 
-    return _with(_RECORDING, with_recording)
+    return options_of("recording")(with_recording)
 
 
 def finish(result: Any, into: Path, **more: Any) -> int:

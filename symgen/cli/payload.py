@@ -7,36 +7,14 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import CUTOFF, LOGS, ROBOT, finish, into, reading_options
+from symgen.cli.options import LOGS, ROBOT, finish, into, options_of, reading_options
 from symgen.cli.progress import stages
 
 
 @click.command()
 @ROBOT
 @LOGS
-@click.option(
-    "--parameters",
-    help="The robot without load: a result folder, estimate.json or TOML with [parameters].",
-)
-@click.option("--without", multiple=True, help="Log without the load; repeatable.")
-@click.option(
-    "--frame",
-    default="",
-    show_default=False,
-    help="Frame of the result: a link of the URDF, such as tool0; default that of the joint.",
-)
-@click.option("--mass", type=float, help="Mass of the load, kg, if you weighed it.")
-@click.option(
-    "--gain",
-    type=float,
-    help="Uncertainty of the drive gains, % (std); included in every standard deviation.",
-)
-@click.option(
-    "--sensor",
-    is_flag=True,
-    help="Load from the wrench of the sensor in [sensor] (columns wfx..wnz), in its frame.",
-)
-@CUTOFF
+@options_of("payload")
 @reading_options
 @into("payload.json")
 def payload(robot: str, into: Path, **options: Any) -> None:

@@ -7,15 +7,14 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import CUTOFF, PARAMETERS, ROBOT, finish, into, reading_options
+from symgen.cli.options import ROBOT, finish, into, options_of, reading_options
 from symgen.cli.progress import say_progress
 
 
 @click.command()
 @ROBOT
 @click.argument("log", type=click.Path())
-@PARAMETERS
-@CUTOFF
+@options_of("predict")
 @reading_options
 @into("prediction.json")
 def predict(into: Path, **options: Any) -> None:

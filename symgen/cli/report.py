@@ -6,14 +6,14 @@ from pathlib import Path
 
 import click
 
-from symgen.cli.options import PATH
+from symgen.cli.options import PATH, options_of
 from symgen.report.terminal import print_result, say
 
 
 @click.command()
 @click.argument("folder", type=PATH)
 @click.argument("other", type=PATH, required=False)
-@click.option("--into", type=PATH, help="Page to write, FILE.html.")
+@options_of("report")
 def report(folder: Path, other: Path | None, into: Path | None) -> int:
     """Print the result in FOLDER again, or compare the estimates in FOLDER and OTHER.
 

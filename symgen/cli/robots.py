@@ -8,10 +8,9 @@ from pathlib import Path
 
 import click
 
-from symgen.cli.options import EXACT, PATH
+from symgen.cli.options import PATH, options_of
 from symgen.errors import SymgenWarning
-from symgen.names import BASES
-from symgen.report.terminal import print_robot, say, table
+from symgen.report.terminal import say, table
 
 
 @click.command()
@@ -24,12 +23,7 @@ def robots() -> None:
 
 @click.command("import")
 @click.argument("file", type=PATH)
-@click.option("--name", help="Name of the robot, a C identifier; default that of FILE.")
-@click.option("--fix", multiple=True, help="Joint to fix, NAME or NAME=VALUE; repeatable.")
-@click.option("--base", type=click.Choice(BASES), help="Base of the robot: at rest (default), with "
-              "an IMU, or floating, with six equations.")  # fmt: skip
-@EXACT
-@click.option("--into", type=PATH, help="robot.toml to write; default none.")
+@options_of("import")
 def import_(
     file: Path,
     name: str | None,
@@ -49,6 +43,7 @@ def import_(
     from symgen.robot.imported import with_name
     from symgen.robot.toml_io import read_imported
     from symgen.robot.toml_text import parameters_toml
+    from symgen.robot.types import HEADER
 
     if into is not None and into.suffix != ".toml":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .toml")
@@ -64,7 +59,7 @@ def import_(
         check_text_replaceable(path)
     for path, text in files.items():
         write_text(path, text)
-    print_robot(found.robot)
+    table(HEADER, found.robot.table())
     for line in found.notes:
         say(f"note: {line}")
     for line in found.assumed:

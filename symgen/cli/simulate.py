@@ -8,11 +8,8 @@ from typing import Any
 import click
 
 from symgen.cli.options import (
-    DURATION,
-    PARAMETERS,
-    PATH,
     ROBOT,
-    SEED,
+    options_of,
     recording_options,
 )
 from symgen.cli.progress import meter, say_progress
@@ -21,24 +18,9 @@ from symgen.report.terminal import print_simulation, say
 
 @click.command()
 @ROBOT
-@PARAMETERS
-@click.option(
-    "--trajectory", help="CSV with t, q1.. that the controller follows; default a Fourier series."
-)
-@click.option("--torque", help="CSV with t, tau1.. that replaces the controller.")
-@click.option(
-    "--hold", is_flag=True, help="Hold each torque of --torque until the next time stamp."
-)
-@click.option(
-    "--width",
-    default=1e-5,
-    help="Speed over which Coulomb friction changes its sign, rad/s or m/s.",
-)
+@options_of("simulate")
 @recording_options
-@DURATION
-@click.option("--runs", default=1, help="Number of logs: LOG_1.csv and so on.")
-@SEED
-@click.option("--into", type=PATH, required=True, help="Log to write, .csv or .npz.")
+@options_of("simulate-runs")
 def simulate(runs: int, into: Path, **options: Any) -> None:
     """Simulate ROBOT under a controller, and write the log that its instruments record."""
     import symgen

@@ -8,15 +8,10 @@ from typing import Any
 import click
 
 from symgen.cli.options import (
-    DURATION,
-    METHODS,
-    MODELS,
-    PARAMETERS,
     ROBOT,
-    SEED,
-    WINDOW,
     finish,
     into,
+    options_of,
     recording_options,
 )
 from symgen.cli.progress import meter, say_progress
@@ -24,38 +19,9 @@ from symgen.cli.progress import meter, say_progress
 
 @click.command()
 @ROBOT
-@PARAMETERS
-@click.option(
-    "--trajectory",
-    "trajectories",
-    multiple=True,
-    help="CSV of a motion; repeatable, one log for each.",
-)
-@click.option("--held-out", help="CSV of the motion on which torque is predicted.")
+@options_of("study")
 @recording_options
-@click.option(
-    "--model",
-    "models",
-    multiple=True,
-    type=click.Choice(MODELS),
-    help="Model to study; repeatable, default all.",
-)
-@click.option(
-    "--method",
-    "methods",
-    multiple=True,
-    type=click.Choice(METHODS),
-    help="Method to study; repeatable, default ols, wls and iv.",
-)
-@WINDOW
-@click.option(
-    "--cutoff",
-    type=float,
-    help="Cutoff of the filter for q and qd, Hz; default from the first run.",
-)
-@DURATION
-@click.option("--runs", default=100, help="Number of simulated identifications.")
-@SEED
+@options_of("study-runs")
 @into("study.json")
 def study(methods: tuple[str, ...], into: Path, **options: Any) -> int:
     """Find out how well motions and sensors determine ROBOT.

@@ -76,8 +76,6 @@ class Printer:
         self.prefix = prefix
         self.kernel, self.tape, self.values, self.dtype = kernel, tape, values, dtype
         self.first = kernel.first
-        self.value = dtype  # type of values that depend on the sample
-        self.own = prefix if dtype == "double" else None  # prefix of the sincos of several angles
         self.word: dict[sp.Expr, str] = {s: s.name for s in tape.order}
         for name, symbols in tape.inputs:
             if name in SCALARS:
@@ -86,6 +84,16 @@ class Printer:
                 self.word |= {s: f"{name}[{i}]" for i, s in enumerate(symbols)}
         self.word |= {s: m for s, m in geometry.items() if s in tape.order}
         self.geometry = geometry
+
+    @property
+    def value(self) -> str:
+        """Type of values that depend on the sample."""
+        return self.dtype
+
+    @property
+    def own(self) -> str | None:
+        """Prefix of the sincos of several angles; None without one."""
+        return self.prefix if self.dtype == "double" else None
 
     def function(self) -> CFunction:
         used = {s for _, e in self.tape.steps for s in e.free_symbols}
@@ -220,10 +228,7 @@ class Printer:
             one = "1.0f" if self.dtype == "float" else "1.0"
             return f"{one} / {self.factor(expr.base)}"
         if expr.is_Function:
-            name = _FUNCTIONS.get(expr.func.__name__)
-            if name is None:
-                raise SymgenError(f"{expr} cannot be written in C")
-            return self.called(name, expr.args[0])
+            return self.called(_FUNCTIONS[expr.func.__name__], expr.args[0])
         out = ""
         for negative, factors in self.tape.terms(expr):
             product = " * ".join(self.factor(f) for f in factors)

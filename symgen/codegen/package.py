@@ -8,24 +8,23 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from symgen.codegen.backends import (
-    Backend,
     Package,
+    arrays,
     c,
     casadi,
     cuda,
     firmware,
-    jax,
     mex,
     ros2,
     rust,
     simulink,
-    torch,
 )
 from symgen.codegen.c_printer import DTYPES
 from symgen.codegen.definition import Subject
@@ -45,17 +44,26 @@ from symgen.robot.toml_text import robot_toml
 from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"
-TARGETS: dict[str, Backend] = {
-    "c": c,
-    "casadi": casadi,
-    "mex": mex,
-    "ros2": ros2,
-    "firmware": firmware,
-    "rust": rust,
-    "simulink": simulink,
-    "jax": jax,
-    "torch": torch,
-    "cuda": cuda,
+
+
+class Target(NamedTuple):
+    """A target: returns path -> text of its files; the other targets whose files it needs."""
+
+    files: Callable[[Package], dict[str, str]]
+    builds_on: tuple[str, ...] = ()
+
+
+TARGETS = {
+    "c": Target(c.files),
+    "casadi": Target(casadi.files),
+    "mex": Target(mex.files, ("c",)),
+    "ros2": Target(ros2.files),
+    "firmware": Target(firmware.files, ("c",)),
+    "rust": Target(rust.files, ("c",)),
+    "simulink": Target(simulink.files, ("c",)),
+    "jax": Target(partial(arrays.files, library="jax", name="jnp", kept="_kept(kept)")),
+    "torch": Target(partial(arrays.files, library="torch", name="torch")),
+    "cuda": Target(cuda.files, ("c",)),
 }
 #: The targets of "all". Other targets are written only by name.
 ALL_TARGETS = ("c", "casadi", "mex")
@@ -111,8 +119,6 @@ def generate(
     name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
     if not is_robot_name(name):
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
-    if values is not None:
-        values.require(model.base)
     if not _LICENSE.fullmatch(license):
         raise PackageError(
             f"license {license!r}; accepted: an SPDX expression, such as BSD-3-Clause"
@@ -173,7 +179,7 @@ def _targets(target: str) -> tuple[str, ...]:
         return ALL_TARGETS
     if target not in TARGETS:
         raise PackageError(f"target {target!r}; accepted: {', '.join(TARGETS)}, all")
-    return (*TARGETS[target].BUILDS_ON, target)
+    return (*TARGETS[target].builds_on, target)
 
 
 def write_package(tree: SourceTree, folder: str | Path) -> None:

@@ -8,6 +8,7 @@ sources are loops of single calls.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import sympy as sp
@@ -45,44 +46,25 @@ def panel_data(
         prefix: prefix of the names in the package.
     """
     printer = _PanelPrinter(kernel, geometry, values, dtype, prefix)
-    read, written = kernel.inputs, kernel.outputs
-    empty = [o for o, places in zip(written, kernel.filled, strict=True) if not places]
-    body = [*(f"(void){o.name};" for o in empty), *printer.function().body]
-    outputs = [f"lanes_{o.name}" for o in written]
-    lanes = [f"lanes_{a.name}" for a in read]
-    rows = [f"&{a.name}[k * stride_{a.name}]" for a in read]
+    empty = [o for o, places in zip(kernel.outputs, kernel.filled, strict=True) if not places]
     return {
-        "inputs": read,
-        "outputs": written,
-        "largest": max(o.size for o in written),
-        "parameters": ", ".join(
-            [*(f"const lanes *{a.name}" for a in read), *(f"apart *{o.name}" for o in written)]
-        ),
-        "names": ", ".join([*(a.name for a in read), *(o.name for o in written)]),
-        "passed": ", ".join([*lanes, *outputs]),
-        "call": ", ".join([*lanes, *(f"(apart *){o}" for o in outputs)]),
-        "single": ", ".join([*rows, *(f"&{o.name}[k * {o.size}u]" for o in written)]),
-        "body": body,
+        "body": [*(f"(void){o.name};" for o in empty), *printer.function().body],
         "guards": [printer.spread(g) for g in kernel.tape.outputs[kernel.size :]],
         "results": [printer.spread(r) for r in kernel.tape.outputs[: kernel.size]],
     }
 
 
 class _PanelPrinter(Printer):
-    def __init__(
-        self,
-        kernel: Kernel,
-        geometry: Mapping[sp.Symbol, str],
-        values: Values,
-        dtype: str,
-        prefix: str,
-    ) -> None:
-        super().__init__(kernel, geometry, values, dtype, prefix)
-        self.value, self.own = "lanes", "lanes"
-        self.sampled = {s for _, symbols in self.tape.inputs for s in symbols}
+    value = own = "lanes"
+
+    @cached_property
+    def sampled(self) -> set[sp.Symbol]:
+        """The symbols whose values depend on the sample."""
+        out = {s for _, symbols in self.tape.inputs for s in symbols}
         for symbol, expr in self.tape.steps:
-            if expr.free_symbols & self.sampled:
-                self.sampled.add(symbol)
+            if expr.free_symbols & out:
+                out.add(symbol)
+        return out
 
     def of_sample(self, expr: sp.Expr) -> bool:
         """Return whether a value depends on the sample."""

@@ -8,7 +8,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from symgen.errors import PackageError
 from symgen.files import rendered
 from symgen.robot.expressions import six_digits
 from symgen.robot.toml_text import robot_toml
@@ -35,20 +34,6 @@ class Values:
     facts: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     drives: tuple[tuple[float, str], ...] = ()
-
-    def require(self, base: BaseParameters) -> None:
-        """Refuse values that do not belong to a model.
-
-        Raises:
-            PackageError: another number of values, or one that is not finite.
-        """
-        p, s = len(base.parameters), len(base.standard)
-        finite = all(map(math.isfinite, (*self.X, *self.standard)))
-        if (len(self.X), len(self.std)) != (p, p) or len(self.standard) not in (0, s) or not finite:
-            raise PackageError(
-                f"values of {len(self.X)} base and {len(self.standard)} standard parameters; "
-                f"accepted: {p} finite numbers, and none or {s}"
-            )
 
 
 def model_digest(robot_file: str) -> str:
@@ -97,7 +82,7 @@ def values_header_text(
         parameters=[
             {
                 "name": parameter,
-                "value": repr(x),
+                "value": x,
                 "formula": _comment(
                     parameter
                     if expression == parameter
@@ -110,10 +95,8 @@ def values_header_text(
                 parameters, units, values.X, values.std, strict=True
             )
         ],
-        drives=[(repr(torque), unit) for torque, unit in values.drives],
-        standard=[
-            (parameter, repr(x)) for parameter, x in zip(standard, values.standard, strict=False)
-        ],
+        drives=values.drives,
+        standard=[*zip(standard, values.standard, strict=False)],
     )
 
 

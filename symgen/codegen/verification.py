@@ -58,53 +58,22 @@ def _points(kernel: Kernel) -> int:
     return max(1, min(POINTS, POINTS * LARGEST // max(1, kernel.size)))
 
 
-def checked_kernel(
-    prefix: str, kernel: Kernel, verified: Mapping[str, Any], dtype: str
-) -> dict[str, Any]:
+def checked_kernel(kernel: Kernel, verified: Mapping[str, Any]) -> dict[str, Any]:
     """Return the data of a kernel for the template of NAME_check.c.
 
     Args:
-        prefix: prefix of the package.
         kernel: kernel of the package.
         verified: points and expected values, from `verification`.
-        dtype: double or float.
     """
-    inputs, words = [], []
     places = verified["points"][kernel.name]
-    for a in kernel.arguments:
-        given = f"{a.name}_in" if a.written else a.name  # a copy if it is changed in place
-        points = [point[a.name] for point in places] if a.read else []
-        if not a.written and all(values == points[0] for values in points):
-            points = points[:1]  # the same at all points
-        first = f"{given}[{'0' if len(points) == 1 else 'i'}]"
-        words.append(a.name if a.written else f"{first}[0]" if a.plain else first)
-        if a.read:
-            suffix = "u" if a.link else "f" if dtype == "float" else ""
-            inputs.append(
-                {
-                    "name": given,
-                    "real": "size_t" if a.link else f"{prefix}_real",
-                    "points": len(points),
-                    "size": len(points[0]),
-                    "rows": points,
-                    "suffix": suffix,
-                }
-            )
-    sizes = [o.size for o in kernel.outputs]
-    call = f"{prefix}_{kernel.name}({', '.join(words)})"
-    return {
-        "name": kernel.name,
-        "points": len(places),
-        "size": kernel.size,
-        "arguments": inputs,
-        "changed": sorted(a.name for a in kernel.inputs if a.written),
-        "outputs": [
-            {"name": o.name, "size": o.size, "offset": sum(sizes[:i])}
-            for i, o in enumerate(kernel.outputs)
-        ],
-        "call": f"worst += {call}" if kernel.fallible else call,
-        "expected": [_listed([float(v) for v in row]) for row in verified["expected"][kernel.name]],
-    }
+    points = {}
+    for a in kernel.inputs:
+        found = [point[a.name] for point in places]
+        same = not a.written and all(values == found[0] for values in found)
+        points[a.name] = found[:1] if same else found
+    rows = verified["expected"][kernel.name]
+    expected = [_listed([float(v) for v in row]) for row in rows]
+    return {"kernel": kernel, "points": points, "expected": expected}
 
 
 def _listed(values: Sequence[float]) -> str:

@@ -9,7 +9,7 @@ exactly one pattern with all joints, and reports it. It refuses a role with two:
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from shlex import quote
@@ -269,7 +269,7 @@ def _require_complete(names: Sequence[str], columns: dict[str, Pattern], wanted:
             refuse(what, f"{COLUMNS} of all joints")
 
 
-def require_wrenches(have: Pattern, wanted: Wanted) -> None:
+def require_wrenches(have: Collection[int], wanted: Wanted) -> None:
     """Refuse a frame with some of the six columns of its wrench only."""
     for k, frame in enumerate(wanted.frames):
         of_frame = range(len(WRENCH_ENDS) * k, len(WRENCH_ENDS) * (k + 1))

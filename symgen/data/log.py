@@ -110,9 +110,8 @@ def read_log(
     Raises:
         LogError: the file cannot be read, or fails the checks of `make_log`.
     """
-    with located(path):
-        reading, types = reading or Reading(), tuple(sigma or ())
-    return read_wanted(path, Wanted(reading, drive, names, n, types))
+    wanted = Wanted(reading or Reading(), drive, names, n, tuple(sigma or ()))
+    return read_wanted(path, wanted)
 
 
 def read_wanted(path: str | Path, wanted: Wanted) -> Log:

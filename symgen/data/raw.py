@@ -358,8 +358,44 @@ class Raw:
         object.__setattr__(self, "converted", converted)
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Additions:
+    """What a log may have besides times, positions, speeds and torques; arrays are read-only.
+
+    Attributes:
+        qs: (N, n) link positions in rad (m), measured behind the elasticity of the joint, NaN for
+            joints without a second encoder; or None. [drive] does not convert them.
+        command: (N, n) part of tau from the reference, N m (N), if tau comes from the gains of the
+            controller; or None.
+        imu: (N, 6) motion of the base as in IMU, or None.
+        duty: (N, n) duty of the drives, -1 to 1, or their voltage in V, as recorded; on the joint
+            side the input in drive_unit, which drives hold from its stamp; or None.
+        drive_unit: unit of tau if it is the input of the drives, "duty" or "V"; "" for torques in
+            N m. Before `joint_side`, it is the unit of duty.
+        wrench: (N, 6) wrench on the tool as in WRENCH, or None.
+        pose: (N, 7) pose of the base as in POSE, or None.
+        forces: (N, 6 F) wrench of the world on F frames of a robot with a floating base, in file
+            order: force, N, and moment about the origin of the frame, N m, in its axes. NaN for
+            frames without; or None.
+        touches: (N, C) whether the robot touches its surroundings at its contacts, 0 or 1; NaN for
+            contacts without a column; or None.
+        robot: the robot, if its base moves; None before `open_log`.
+    """
+
+    qs: FloatArray | None = None
+    command: FloatArray | None = None
+    imu: FloatArray | None = None
+    duty: FloatArray | None = None
+    drive_unit: str = ""
+    wrench: FloatArray | None = None
+    pose: FloatArray | None = None
+    forces: FloatArray | None = None
+    touches: FloatArray | None = None
+    robot: Robot | None = None
+
+
 @dataclass(frozen=True, eq=False)
-class Log:
+class Log(Additions):
     """One measured log. All arrays are read-only float64.
 
     If the robot has a [drive], a recorded log is on the motor side until `joint_side` converts it;
@@ -376,27 +412,11 @@ class Log:
         current: (N, n) motor currents in A, or None.
         notes: changes to the log, one line each.
         mapped: whether q, qd and tau are on the joint side.
-        qs: (N, n) link positions in rad (m), measured behind the elasticity of the joint, NaN for
-            joints without a second encoder; or None. [drive] does not convert them.
         qr, qdr: (N, n) reference of the controller in rad (m) and rad/s (m/s), or None.
-        command: (N, n) part of tau from the reference, N m (N), if tau comes from the gains of the
-            controller; or None.
         missing: (N, n, 3) values of q, qd and tau (or i, u) that are missing in the file and
             interpolated; or None.
         converted: as in `Raw`.
-        imu: (N, 6) motion of the base as in IMU, or None.
-        duty: (N, n) recorded duty of the drives, -1 to 1, or their voltage in V; or None.
         supply: (N, 1) recorded voltage of the supply, V; or None.
-        drive_unit: unit of tau if it is the input of the drives, "duty" or "V"; "" for torques in
-            N m. Before `joint_side`, it is the unit of duty.
-        wrench: (N, 6) wrench on the tool as in WRENCH, or None.
-        pose: (N, 7) pose of the base as in POSE, or None.
-        forces: (N, 6 F) wrench of the world on F frames of a robot with a floating base, in file
-            order: force, N, and moment about the origin of the frame, N m, in its axes. NaN for
-            frames without; or None.
-        touches: (N, C) whether the robot touches its surroundings at its contacts, 0 or 1; NaN for
-            contacts without a column; or None.
-        robot: the robot, if its base moves; None before `open_log`.
     """
 
     name: str
@@ -408,21 +428,11 @@ class Log:
     current: FloatArray | None = None
     notes: tuple[str, ...] = ()
     mapped: bool = False
-    qs: FloatArray | None = None
     qr: FloatArray | None = None
     qdr: FloatArray | None = None
-    command: FloatArray | None = None
     missing: Bools | None = None
     converted: tuple[tuple[str, str, str], ...] = ()
-    imu: FloatArray | None = None
-    duty: FloatArray | None = None
     supply: FloatArray | None = None
-    drive_unit: str = ""
-    wrench: FloatArray | None = None
-    pose: FloatArray | None = None
-    forces: FloatArray | None = None
-    touches: FloatArray | None = None
-    robot: Robot | None = None
 
 
 def require_shapes(arrays: Mapping[str, Any]) -> None:

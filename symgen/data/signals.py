@@ -7,20 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from symgen.data.gaps import holes
 from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, Mask, on_grid, rms, touched
-from symgen.data.raw import FloatArray, read_only, refuse
+from symgen.data.raw import Additions, FloatArray, read_only, refuse
 from symgen.errors import LogError
-
-if TYPE_CHECKING:
-    from symgen.robot.types import Robot
 
 #: Logs whose time steps vary by more than this share of the median are resampled.
 STEP_TOLERANCE = 0.01
@@ -49,7 +46,7 @@ NORMAL = 1.4826  # standard deviation over median absolute value of normal noise
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class Samples(Additions):
     """A log that is ready for identification. All arrays are read-only float64.
 
     Attributes:
@@ -65,13 +62,7 @@ class Samples:
         velocity_derived: whether qd is the derivative of q because it was missing.
         mask: the masked samples, or None.
         piece: whether it is a representative piece of a longer log.
-        qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
-        command: (N, n) as in `Log`.
-        imu, wrench, pose, forces, touches, robot: as in `Log`.
-        drive_unit: "" if tau is a torque; "duty" or "V" if it is the input of the drives.
         reference: (N, n) reference of the controller in rad (m), or None.
-        duty: (N, n) input of the drives in drive_unit on the joint side, which hold it from its
-            stamp; or None.
     """
 
     name: str
@@ -85,17 +76,7 @@ class Samples:
     velocity_derived: bool = False
     mask: Mask | None = None
     piece: bool = False
-    qs: FloatArray | None = None
-    command: FloatArray | None = None
-    imu: FloatArray | None = None
-    drive_unit: str = ""
     reference: FloatArray | None = None
-    duty: FloatArray | None = None
-    wrench: FloatArray | None = None
-    pose: FloatArray | None = None
-    forces: FloatArray | None = None
-    touches: FloatArray | None = None
-    robot: Robot | None = None
 
     @property
     def length(self) -> float:
@@ -247,11 +228,10 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
         qd = read_only(differentiate(smoothed(log.q, step, _SLOW), step))
         notes.append(f"{log.name}: qd is missing and is derived from q")
     assert log.tau is not None
+    additions = {f.name: getattr(log, f.name) for f in fields(Additions)}
     return Samples(
         log.name, log.t, log.q, qd, log.tau, step, None, tuple(notes), log.qd is None, mask,
-        qs=log.qs, command=log.command, imu=log.imu, drive_unit=log.drive_unit,
-        reference=log.qr, duty=log.duty,
-        wrench=log.wrench, pose=log.pose, forces=log.forces, touches=log.touches, robot=log.robot,
+        reference=log.qr, **additions,
     )  # fmt: skip
 
 

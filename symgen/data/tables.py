@@ -10,7 +10,7 @@ import mmap
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -115,11 +115,8 @@ def names_of(name: str, reading: Reading) -> Sequence[str]:
     return ()
 
 
-# Tables with one column for each joint.
-
-
 @dataclass(frozen=True)
-class ColumnTable:
+class Table:
     """An open table with one column for each joint.
 
     Attributes:
@@ -127,7 +124,7 @@ class ColumnTable:
         groups: role -> joint (from 0) -> place of its column.
         header: names of the columns of the file.
         notes: columns that were matched automatically.
-        batches: yields columns, by their places, of groups of rows as Arrow arrays.
+        batches: yields columns, by their places, of groups of rows as arrays of Arrow or NumPy.
         units: units of its columns.
     """
 
@@ -192,8 +189,11 @@ def _columns(groups: Groups) -> dict[int, str]:
 
 
 def _numbers(column: Any) -> NDArray[Any]:
-    """Return an Arrow column as an array, without a copy if possible."""
+    """Return a column as an array, without a copy if possible."""
     import pyarrow as pa
+
+    if isinstance(column, np.ndarray):
+        return column
 
     if column.null_count == 0 and not pa.types.is_temporal(column.type):
         with suppress(AttributeError, TypeError):  # not numeric, or an older Arrow
@@ -201,7 +201,7 @@ def _numbers(column: Any) -> NDArray[Any]:
     return np.asarray(column.to_numpy(zero_copy_only=False))  # imports pandas if installed
 
 
-def _csv(path: Path, wanted: Wanted) -> ColumnTable:
+def _csv(path: Path, wanted: Wanted) -> Table:
     """Read a CSV.
 
     Raises:
@@ -221,13 +221,13 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     lines = (f"{path.name}: {note}" for note in about)
     full = [f"{name}{unit}" for name, unit in zip(header, form.units, strict=True)]
     # Places as names: names of the file may occur twice.
-    return ColumnTable(
+    return Table(
         np.array([table.num_rows]), groups, full, (*lines, *notes),
         lambda columns, _: (x.columns for x in table.select([*map(str, columns)]).to_batches()),
     )  # fmt: skip
 
 
-def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
+def _parquet(name: str, file: Any, wanted: Wanted) -> Table:
     """Return an open Parquet file as a table.
 
     Raises:
@@ -255,7 +255,7 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
     if not is_remote(name):
         require_size(Path(name), 8 * about.num_rows * len(used))
     sizes = [about.row_group(k).num_rows for k in range(about.num_row_groups)]
-    return ColumnTable(
+    return Table(
         np.cumsum(sizes, dtype=np.int64), groups, header, notes,
         lambda columns, chosen: _picked(file, [sources[k] for k in columns], chosen),
     )  # fmt: skip
@@ -361,47 +361,13 @@ def arrow_reads() -> AbstractContextManager[None]:
 # Arrays of NumPy.
 
 
-@dataclass(frozen=True)
-class Arrays:
-    """A table with one array for each role.
-
-    Attributes:
-        arrays: role -> array, with equal numbers of rows.
-        ignored: as in `Raw`.
-        units: units of its arrays.
-    """
-
-    arrays: Mapping[str, Any]
-    ignored: tuple[str, ...]
-    units: Units = IN_SI
-
-    @property
-    def rows(self) -> int:
-        """Number of rows."""
-        return int(self.arrays["t"].shape[0])
-
-    def times(self) -> Iterator[NDArray[Any]]:
-        """Yield the time column."""
-        yield self.units.seconds(self.arrays["t"])
-
-    def part(self, first: int, last: int) -> Raw:
-        """Return the rows from `first` to before `last`."""
-        arrays = {role: np.array(x[first:last]) for role, x in self.arrays.items()}
-        for x in self.arrays.values():
-            _forget(x)
-        return self.units.of(Raw(arrays, self.ignored))
-
-
 def _forget(x: Any) -> None:
     """Take the rows of a mapped array out of memory; the file keeps them."""
     if hasattr(mmap, "MADV_DONTNEED") and hasattr(x, "_mmap"):  # not on Windows
         x._mmap.madvise(mmap.MADV_DONTNEED)
 
 
-Table = Arrays | ColumnTable
-
-
-def _npz(path: Path, wanted: Wanted) -> Arrays:
+def _npz(path: Path, wanted: Wanted) -> Table:
     """Read a file of numpy.savez.
 
     Args:
@@ -413,11 +379,11 @@ def _npz(path: Path, wanted: Wanted) -> Arrays:
     """
     if not zipfile.is_zipfile(path):
         refuse("is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
-    columns = wanted.reading.pairs
-    names = {role: columns.get(role, role) for role in ROLES}
+    pairs = wanted.reading.pairs
+    names = {role: pairs.get(role, role) for role in ROLES}
     framed = wanted.framed
     content = _content(path, frozenset([*names.values(), *framed]), path.stat().st_mtime_ns)
-    for ours, theirs in columns.items():
+    for ours, theirs in pairs.items():
         if ours not in ROLES:
             refuse(f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
         if theirs not in content:
@@ -434,26 +400,33 @@ def _npz(path: Path, wanted: Wanted) -> Arrays:
         arrays["t"] = t.ravel()
     require_shapes(arrays)
     of_frames = {key: framed[key] for key in content if key in framed}
-    used = {names[role] for role in arrays} | {*of_frames}
-    arrays |= _of_frames(content, of_frames, wanted)
-    return Arrays(arrays, tuple(key for key in content if key not in used))
+    used = {*of_frames, *(names[role] for role in arrays)}
+    unused = [key for key in content if key not in used]
+    rows = len(arrays["t"])
+    for key in of_frames:
+        if np.size(content[key]) != rows:
+            refuse(f"{key} has the shape {content[key].shape}", f"{key} ({rows},)")
+    groups: Groups = {}
+    columns = list[NDArray[Any]]()
+    for role, array in arrays.items():
+        of_joints, first = np.atleast_2d(array.T), len(columns)
+        groups[role] = {j: first + j for j in range(len(of_joints))}
+        columns.extend(of_joints)
+    header = [*_columns(groups).values(), *of_frames, *unused]
+    for key, (role, number) in of_frames.items():
+        groups.setdefault(role, {})[number - 1] = len(columns)
+        columns.append(np.ravel(content[key]))
+    require_wrenches(groups.get("forces", {}), wanted)
 
+    def batches(places: Sequence[int], _: Sequence[int]) -> Iterator[list[Any]]:
+        try:
+            yield [columns[k] for k in places]
+        finally:
+            for array in content.values():
+                _forget(array)
 
-def _of_frames(
-    content: Mapping[str, Any], places: Mapping[str, tuple[str, int]], wanted: Wanted
-) -> dict[str, FloatArray]:
-    """Return the arrays of frames, each a column of the file; NaN for frames without."""
-    out: dict[str, FloatArray] = {}
-    for role in {role: None for role, _ in places.values()}:
-        columns = {number - 1: key for key, (of, number) in places.items() if of == role}
-        if role == "forces":
-            require_wrenches(columns, wanted)
-        out[role] = np.full((len(content["t"]), max(columns) + 1), np.nan)
-        for k, key in columns.items():
-            if np.size(content[key]) != len(out[role]):
-                refuse(f"{key} has the shape {content[key].shape}", f"{key} ({len(out[role])},)")
-            out[role][:, k] = np.ravel(content[key])
-    return out
+    ends = np.array([len(columns[0])])
+    return Table(ends, groups, header, (), batches)
 
 
 @lru_cache(maxsize=1)

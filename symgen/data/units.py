@@ -174,7 +174,7 @@ def unit_of(text: str, quantity: str) -> Unit | None:
 
 def _units(text: str) -> list[Unit]:
     """Return the units of several quantities that a text may denote."""
-    form = _form_of(text)
+    form = re.sub(r"\s+", "", text).lower()
     if form in _WRITTEN:
         return _WRITTEN[form]
     if ticks := _TICKS.fullmatch(form):
@@ -229,10 +229,6 @@ def unknown_unit(name: str) -> str:
     if match is None or not match[1] or is_unit(match[2]) or match[2].isdigit():
         return ""
     return match[2]
-
-
-def _form_of(text: str) -> str:
-    return re.sub(r"\s+", "", text).lower()
 
 
 def durations(texts: Sequence[str]) -> NDArray[Any]:

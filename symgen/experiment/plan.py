@@ -14,7 +14,7 @@ from symgen.errors import ParameterError
 from symgen.experiment.bounds import Bounds, LimitUse
 from symgen.experiment.reference import as_csv
 from symgen.experiment.trajectory import Trajectory
-from symgen.files import json_text
+from symgen.files import rendered
 from symgen.identification.assessment import CONDITION, WINDOWS
 from symgen.identification.estimate import JointLabel
 from symgen.names import REVOLUTE
@@ -217,10 +217,8 @@ def exported(plan: Plan, robot: Robot, into: Path, to: str) -> dict[Path, bytes]
             "urscript" NAME.script.
 
     Raises:
-        ParameterError: there is no such format, or it does not support the robot.
+        ParameterError: the format does not support the robot.
     """
-    if to not in FORMATS:
-        raise ParameterError(f"--to {to}: accepted: {', '.join(FORMATS)}")
     files = plan.to_files(into)
     names = [joint.name or f"joint{joint.number}" for joint in robot.movable]
     for path, run in zip(paths(into, len(plan.runs))[:-1], plan.runs, strict=True):
@@ -240,16 +238,9 @@ def _points(run: Trajectory, rate: float) -> tuple[np.ndarray, ...]:
 def _yaml(names: Sequence[str], points: Sequence[np.ndarray], approach: float) -> bytes:
     """Return a trajectory_msgs/msg/JointTrajectory for `ros2 topic pub`, as JSON, which is YAML."""
     t, *motion = points
-    keys, out = ("positions", "velocities", "accelerations"), []
-    for k, stamp in enumerate(t):
-        rows = {
-            key: [float(f"{v:.12g}") for v in x[k]] for key, x in zip(keys, motion, strict=True)
-        }
-        sec, nanosec = divmod(round((stamp + approach) * 1e9), 10**9)
-        out.append({**rows, "time_from_start": {"sec": sec, "nanosec": nanosec}})
-    header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
-    content = {"header": header, "joint_names": list(names), "points": out}
-    return (json_text(content) + "\n").encode()
+    stamps = [round((stamp + approach) * 1e9) for stamp in t]
+    rows = zip(stamps, *motion, strict=True)
+    return rendered("text/trajectory.yaml", names=json.dumps(list(names)), points=rows).encode()
 
 
 def _urscript(robot: Robot, run: Trajectory) -> bytes:
@@ -261,12 +252,4 @@ def _urscript(robot: Robot, run: Trajectory) -> bytes:
         )
     t = run.times(_UR_STEP)
     step, q = float(t[1] - t[0]), run.at(t)
-    lines = [f"def {robot.name}_excite():", f"  movej({_list(q[0])}, a=0.5, v=0.1)"]
-    lines.append("  sleep(1.0)")
-    lines += [f"  servoj({_list(row)}, 0, 0, {step:.9g}, 0.1, 300)" for row in q]
-    lines += ["  stopj(1.0)", "end"]
-    return ("\n".join(lines) + "\n").encode()
-
-
-def _list(row: np.ndarray) -> str:
-    return "[" + ", ".join(f"{v:.9f}" for v in row) + "]"
+    return rendered("text/urscript.txt", robot=robot.name, step=step, q=q).encode()

@@ -271,7 +271,6 @@ def simulate(
                 progress=lambda part, k=k: meter((k + part) / len(moving)),  # type: ignore[misc]
             )
         )
-        _require_finite(motions[-1], source)
         _require_torque(motions[-1], source)
     q, qd, tau = (np.stack([getattr(m, name) for m in motions]) for name in ("q", "qd", "tau"))
     true = Simulation(
@@ -321,16 +320,6 @@ def _on_measurements(
         return law(at, *instruments.read(q, qd, q_error[k], qd_error[k]))
 
     return measured
-
-
-def _require_finite(motion: SimulatedMotion, robot: Robot) -> None:
-    """Raise ParameterError with the time if a motion is not finite."""
-    odd = ~np.isfinite(motion.tau).all(axis=1)
-    if odd.any():
-        raise ParameterError(
-            f"simulate: the motion of {robot.name} is not finite at t = "
-            f"{motion.t[int(np.argmax(odd))]:.6g} s; accepted: torques under which it is"
-        )
 
 
 def _loaded(

@@ -15,9 +15,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from symgen import names
-from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
-from symgen.codegen.values import Values, model_digest
+from symgen.codegen.values import model_digest, values_header_text
 from symgen.data.raw import Reading
 from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
@@ -31,8 +30,7 @@ from symgen.identification.judgement import require_scale
 from symgen.identification.parameters import (
     base_values,
     cad_parameters,
-    drives_of,
-    estimate_facts,
+    estimate_values,
     known_torques,
     read_parameters,
     with_fixed_links,
@@ -83,15 +81,10 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
         ParameterError: a value is not finite, or the result of method consistent is not possible.
     """
     robot = dict(estimate.provenance).get(ROBOT_DIGEST, "")
-    value = tuple(p.value for p in estimate.parameters)
-    std = tuple(p.std if math.isfinite(p.std) else None for p in estimate.parameters)
-    units = tuple(p.unit for p in estimate.parameters)
-    drives = drives_of(estimate)
-    values = Values(value, std, (), estimate_facts(estimate), units, drives)
-    return codegen_values.values_header_text(
+    return values_header_text(
         prefix or estimate.robot,
         estimate.robot,
-        values,
+        estimate_values(estimate),
         [(p.name, p.expression, p.unit) for p in estimate.parameters],
         digest=model_digest(robot) if re.fullmatch("[0-9a-f]{64}", robot) else None,
     )

@@ -59,13 +59,13 @@ def open_in_known_band(
     opened = open_logs((sources, ()), evaluator.model.robot, reading, progress)
     campaign = in_band(evaluator, file, opened, reading, filtering, progress)
     unit = campaign.train[0].samples.drive_unit
-    if unit and drives is None:
-        refuse(
-            f"{campaign.train[0].name}: the log has the {unit} of its drives, and the parameters "
-            "were not identified from such logs",
-            "an estimate of symgen identify from logs of the same kind",
-        )
-    if unit and drives is not None:
+    if unit:
+        if drives is None:
+            what = f"{campaign.train[0].name}: the log has the {unit} of its drives, and the"
+            refuse(
+                f"{what} parameters were not identified from such logs",
+                "an estimate of symgen identify from logs of the same kind",
+            )
         campaign = campaign.changed(partial(with_torques, drives))
     if not shifts:
         return campaign

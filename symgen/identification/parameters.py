@@ -141,15 +141,14 @@ def read_values(path: str | Path, model: Model) -> Values:
         model: model of the robot.
 
     Raises:
-        ParameterError: as `read_known` and `estimate_facts`.
+        ParameterError: as `read_known` and `estimate_values`.
     """
-    known, named = read_known(path, model), read_named(Path(path), model)
-    source = (f"From {Path(path).name}.",)
-    if known.estimate is None:
-        return named_values(known.X.tolist(), *named, model.base, source)
-    values = named_values(known.X.tolist(), *named, model.base, estimate_facts(known.estimate))
-    units = tuple(p.unit for p in known.estimate.parameters)
-    return replace(values, units=units, drives=drives_of(known.estimate))
+    known = read_known(path, model)
+    if known.estimate is not None:
+        return replace(estimate_values(known.estimate), X=tuple(known.X.tolist()))
+    named = read_named(Path(path), model)
+    source = f"From {Path(path).name}."
+    return named_values(known.X.tolist(), *named, model.base, [source])
 
 
 def known_torques(estimate: Estimate) -> FloatArray | None:
@@ -158,16 +157,12 @@ def known_torques(estimate: Estimate) -> FloatArray | None:
     return torque if len(torque) else None
 
 
-def drives_of(estimate: Estimate) -> tuple[tuple[float, str], ...]:
-    """Return the torque of each drive per unit of its input, with the unit."""
-    return tuple((drive.torque, drive.unit) for drive in estimate.drives)
-
-
-def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
-    """Return the facts of an estimate in the header of values: verdict, headline, provenance.
+def estimate_values(estimate: Estimate) -> Values:
+    """Return the values of an estimate for a package, with verdict, headline and provenance.
 
     Raises:
-        ParameterError: a value is not finite, or the result of method consistent is not possible.
+        ParameterError: the values are not finite, or are not possible though the method is
+            constrained.
     """
     if estimate.method.startswith("consistent") and estimate.possible is False:
         raise ParameterError(
@@ -177,13 +172,20 @@ def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
     bad = [p.name for p in estimate.parameters if not math.isfinite(p.value)]
     if bad:
         raise ParameterError(f"{', '.join(bad[:5])}: not finite, and cannot be written in C")
-    return (
+    facts = (
         f"Identified by symgen with the {estimate.model} model, method {estimate.method}.",
         f"Verdict: {estimate.verdict}.",
         *estimate.sentences,
         f"Physical consistency: {estimate.physical.text}.",
         *_torque_units(estimate),
         *(f"{key}: {value}" for key, value in estimate.provenance),
+    )
+    return Values(
+        tuple(p.value for p in estimate.parameters),
+        tuple(p.std if math.isfinite(p.std) else None for p in estimate.parameters),
+        facts=facts,
+        units=tuple(p.unit for p in estimate.parameters),
+        drives=tuple((drive.torque, drive.unit) for drive in estimate.drives),
     )
 
 

@@ -31,19 +31,16 @@ def explain_effect(name: str) -> str:
     if name not in known:
         raise ParameterError(f"effect {name[:60]!r}; accepted: {', '.join(known)}")
     d = known[name]
-    head = "torque on joint" if d.torque else "formula"
-    formula = (d.torque or d.formula) + (" - constant" if d.offset else "")
-    lines = [
-        (head, formula),
-        ("kind", _KINDS[d.kind]),
-        ("coefficients", "; ".join(_coefficient(d, key) for key in d.linear) or "none"),
-        ("constants", "; ".join(_constant(key, s) for key, s in d.nonlinear.items()) or "none"),
-        ("pattern", d.pattern),
-        ("hard to tell from", d.confused or "nothing known"),
-        ("how to distinguish", d.separate),
-    ]
     middle = ", ".join(f"{key} = {_middle(s):.3g}" for key, s in d.nonlinear.items())
-    return rendered("text/effect.txt", d=d, rows=lines, middle=middle, friction=names.FRICTION)
+    return rendered(
+        "text/effect.txt",
+        d=d,
+        kind=_KINDS[d.kind],
+        coefficients=[_coefficient(d, key) for key in d.linear],
+        constants=[_constant(key, search) for key, search in d.nonlinear.items()],
+        middle=middle,
+        friction=names.FRICTION,
+    )
 
 
 def _middle(search: SearchRange) -> float:

@@ -126,13 +126,6 @@ def _print(text: str) -> None:
     click.echo(text)
 
 
-def print_robot(robot: Robot) -> None:
-    """Print the Denavit-Hartenberg table of a robot."""
-    from symgen.robot.types import HEADER
-
-    table(HEADER, robot.table())
-
-
 def print_simulation(done: Simulation, robot: Robot) -> None:
     """Print the largest position, speed and torque of each joint of a simulation, and the notes."""
     rows = [

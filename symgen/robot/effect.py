@@ -217,16 +217,11 @@ _GRID = tuple[float, float, int]
 
 
 @cache
-def effect_tables() -> Mapping[str, Mapping[str, Any]]:
-    """Return the tables of effects.toml by name."""
-    return tomllib.loads((resources.files("symgen.robot") / "effects.toml").read_text("utf-8"))
-
-
-@cache
 def definitions() -> Mapping[str, Definition]:
     """Return the library of effects by name."""
+    text = (resources.files("symgen.robot") / "effects.toml").read_text("utf-8")
     with located("effects.toml"):
-        return {name: definition(name, table) for name, table in effect_tables().items()}
+        return {name: definition(name, table) for name, table in tomllib.loads(text).items()}
 
 
 def described(name: str) -> Definition:

@@ -87,6 +87,9 @@ Factor = Annotated[
         lambda x: _GEARS[0] <= abs(x) <= _GEARS[1],
     ),
 ]
+#: One number for each movable joint, or none.
+Positives = Annotated[tuple[Positive, ...] | None, PER_JOINT]
+Factors = Annotated[tuple[Factor, ...] | None, PER_JOINT]
 Range = Annotated[tuple[float, float], Check("[low, high], low below high", lambda r: r[0] < r[1])]
 Triple = tuple[float, float, float]
 Movable = Annotated[int, JointNumber(movable=True)]
@@ -265,10 +268,10 @@ class Limits:
     """
 
     position: Annotated[tuple[Range, ...] | None, PER_JOINT] = None
-    velocity: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
-    acceleration: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
-    jerk: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
-    torque: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
+    velocity: Positives = None
+    acceleration: Positives = None
+    jerk: Positives = None
+    torque: Positives = None
     floor: float | None = None
     tool: Triple | None = None
     boxes: tuple[tuple[Range, Range, Range], ...] = ()
@@ -342,15 +345,15 @@ class Drive:
             _is_invertible,
         ),
     ]
-    torque_constant: Annotated[tuple[Factor, ...] | None, PER_JOINT] = None
-    rated: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
-    gain: Annotated[tuple[Factor, ...] | None, PER_JOINT] = None
-    gain_std: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
+    torque_constant: Factors = None
+    rated: Positives = None
+    gain: Factors = None
+    gain_std: Positives = None
     position_side: Annotated[str, word_check("motor", "joint")] = "motor"
     torque_side: Annotated[str, word_check("motor", "joint")] = "motor"
-    supply: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
-    resistance: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
-    limit: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
+    supply: Positives = None
+    resistance: Positives = None
+    limit: Positives = None
 
     @property
     def gain_uncertainty_percent(self) -> float | None:

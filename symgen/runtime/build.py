@@ -64,15 +64,10 @@ def _first_working(wanted: str, cc: str, path: str) -> Compiler | None:
     """Return the first working compiler; `path` lists the folders of commands."""
     if wanted == "none":
         return None
-    candidates: list[tuple[str, ...]] = []
-    if wanted:
-        candidates.append(tuple(wanted.split()))
-    else:
-        if cc:
-            candidates.append(tuple(cc.split()))
-        candidates += [(c,) for c in ("cc", "gcc", "clang")]
-        if importlib.util.find_spec("ziglang") is not None:
-            candidates.append((sys.executable, "-m", "ziglang", "cc"))
+    commands = [wanted] if wanted else [cc, "cc", "gcc", "clang"]
+    candidates = [tuple(command.split()) for command in commands if command]
+    if not wanted and importlib.util.find_spec("ziglang") is not None:
+        candidates.append((sys.executable, "-m", "ziglang", "cc"))
     for command in candidates:
         if shutil.which(command[0], path=path or None) is None:
             continue

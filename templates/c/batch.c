@@ -6,7 +6,7 @@
     int status = 0;
 {% endif %}
     for (size_t k = 0; k < N; ++k) {
-        {{ "status |= " if k.fallible }}{{ name }}_{{ k.name }}({{ k.strides }});
+        {{ "status |= " if k.fallible }}{{ name }}_{{ k.name }}({% for a in k.arguments %}{{ a.name if a.shared else "&{0.name}[k * {0.size}u]".format(a) }}{{ ", " if not loop.last }}{% endfor %});
     }
 {% if k.fallible %}
     return status;

@@ -23,40 +23,45 @@ int main(void)
 {
     double worst = 0.0;
 {% for k in kernels %}
+{% set kernel = k.kernel %}
     {
-{% for a in k.arguments %}
-        static const {{ a.real }} {{ a.name }}[{{ a.points }}][{{ a.size }}] = {
-{% for row in a.rows %}
-            { {{ row | join(a.suffix ~ ", ") }}{{ a.suffix }} },
+{% for a in kernel.inputs %}
+{% set points = k.points[a.name] %}
+{% set suffix = "u" if a.link else "f" if dtype == "float" else "" %}
+        static const {{ "size_t" if a.link else name ~ "_real" }} {{ a.name }}{{ "_in" if a.written }}[{{ points | length }}][{{ points[0] | length }}] = {
+{% for row in points %}
+            { {{ row | join(suffix ~ ", ") }}{{ suffix }} },
 {% endfor %}
         };
 {% endfor %}
-        static const double expected[{{ k.points }}][{{ k.size }}] = {
+        static const double expected[{{ k.expected | length }}][{{ kernel.size }}] = {
 {% for row in k.expected %}
             { {{ row }} },
 {% endfor %}
         };
         double here = 0.0;
         double scale = 0.0;
-        for (size_t i = 0; i < {{ k.points }}; ++i) {
-{% for o in k.outputs %}
+        for (size_t i = 0; i < {{ k.expected | length }}; ++i) {
+{% for o in kernel.outputs %}
             {{ name }}_real {{ o.name }}[{{ o.size }}];
 {% endfor %}
-{% for c in k.changed %}
-            for (size_t k = 0; k < sizeof {{ c }} / sizeof {{ c }}[0]; ++k) {
-                {{ c }}[k] = {{ c }}_in[i][k];
+{% for a in kernel.inputs | selectattr("written") | sort(attribute="name") %}
+            for (size_t k = 0; k < sizeof {{ a.name }} / sizeof {{ a.name }}[0]; ++k) {
+                {{ a.name }}[k] = {{ a.name }}_in[i][k];
             }
 {% endfor %}
-            {{ k.call }};
-{% for o in k.outputs %}
-            here = fmax(here, error_of({{ o.name }}, expected[i] + {{ o.offset }}, {{ o.size }}));
+            {{ "worst += " if kernel.fallible }}{{ name }}_{{ kernel.name }}({% for a in kernel.arguments %}{{ a.name }}{% if not a.written %}[{{ "0" if k.points[a.name] | length == 1 else "i" }}]{{ "[0]" if a.plain }}{% endif %}{{ ", " if not loop.last }}{% endfor %});
+{% set at = namespace(offset=0) %}
+{% for o in kernel.outputs %}
+            here = fmax(here, error_of({{ o.name }}, expected[i] + {{ at.offset }}, {{ o.size }}));
+{% set at.offset = at.offset + o.size %}
 {% endfor %}
-            for (size_t k = 0; k < {{ k.size }}; ++k) {
+            for (size_t k = 0; k < {{ kernel.size }}; ++k) {
                 scale = fmax(scale, fabs(expected[i][k]));
             }
         }
         here /= scale > 0.0 ? scale : 1.0;
-        printf("{{ k.name }} %.2e\n", here);
+        printf("{{ kernel.name }} %.2e\n", here);
         worst = fmax(worst, here);
     }
 {% endfor %}

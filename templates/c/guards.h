@@ -1,7 +1,7 @@
 /* Of this interface: a program written for one goes on with every later one of the same major. */
 #define {{ name }}_VERSION "{{ version }}"
-#define {{ name }}_VERSION_MAJOR {{ numbers[0] }}
-#define {{ name }}_VERSION_MINOR {{ numbers[1] }}
+#define {{ name }}_VERSION_MAJOR {{ version.split(".")[0] }}
+#define {{ name }}_VERSION_MINOR {{ version.split(".")[1] }}
 /* Of the robot file: first 64 bits of the SHA-256 of robot.toml. */
 #define {{ name }}_MODEL_DIGEST {{ digest }}
 

@@ -1,5 +1,5 @@
 /* {{ name }}: {{ k.doc | join("\n * ") }}
- * {{ k.operations }} for one sample, as written here.
+ * {% for kind, count in k.operations.items() if count %}{{ count }} {{ kind }}{{ ", " if not loop.last }}{% else %}0 operations{% endfor %} for one sample, as written here.
  */
 #include "{{ name }}.h"
 {% if k.guards %}

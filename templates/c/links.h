@@ -10,12 +10,12 @@
 
 #include "{{ name }}.h"
 
-{% for f in frames %}
-/* {{ f.text }} */
-#define {{ name }}_LINK_{{ f.ending }} {{ f.joint }}
-static const {{ name }}_real {{ name }}_FRAME_{{ f.ending }}[16] = {
-{% for row in f.rows %}
-    {{ row }}{{ "" if loop.last else "," }}
+{% for ending, text, frame in frames %}
+/* {{ text }} */
+#define {{ name }}_LINK_{{ ending }} {{ frame.joint }}
+static const {{ name }}_real {{ name }}_FRAME_{{ ending }}[16] = {
+{% for row in frame.transform %}
+    ({{ name }}_real){{ row | join(", (" ~ name ~ "_real)") }}{{ "" if loop.last else "," }}
 {% endfor %}
 };
 {% endfor %}

@@ -1,5 +1,11 @@
-{% set inputs = k.panel.inputs %}
-{% set outputs = k.panel.outputs %}
+{% set inputs = k.arguments | selectattr("read") | list %}
+{% set outputs = k.outputs %}
+{% set names = k.arguments | map(attribute="name") | join(", ") %}
+{% macro each(read, written) %}
+{% for a in inputs %}{{ read.format(a) }}, {% endfor %}{% for o in outputs %}{{ written.format(o) }}{{ ", " if not loop.last }}{% endfor %}
+{% endmacro %}
+{% set parameters = each("const lanes *{0.name}", "apart *{0.name}") %}
+{% set passed = each("lanes_{0.name}", "lanes_{0.name}") %}
 {% macro strides() %}
 {% for a in inputs %}
     const size_t stride_{{ a.name }} = (strides != NULL) ? strides[{{ loop.index0 }}] : {{ 0 if a.shared else a.size }}u;
@@ -31,7 +37,7 @@
 #if {{ name }}_WIDTH > 1
 
 /* One panel. What is zero for every sample is not written. */
-ALWAYS int panel({{ k.panel.parameters }}, const int stream)
+ALWAYS int panel({{ parameters }}, const int stream)
 {
     (void)stream;
 {% for line in k.panel.body %}
@@ -51,9 +57,9 @@ ALWAYS int panel({{ k.panel.parameters }}, const int stream)
 }
 
 /* Compiled once for rows and panels. */
-ONCE int plain({{ k.panel.parameters }})
+ONCE int plain({{ parameters }})
 {
-    return panel({{ k.panel.names }}, 0);
+    return panel({{ names }}, 0);
 }
 
 int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
@@ -63,13 +69,13 @@ int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
 {{ lanes() }}{% for o in outputs %}
     lanes lanes_{{ o.name }}[BLOCKS({{ o.size }}u)];
 {% endfor %}
-    {{ dtype }} scratch[{{ k.panel.largest }}u * {{ name }}_WIDTH] __attribute__((aligned(64)));
+    {{ dtype }} scratch[{{ outputs | map(attribute="size") | max }}u * {{ name }}_WIDTH] __attribute__((aligned(64)));
 {% for o in outputs %}
     memset(lanes_{{ o.name }}, 0, sizeof lanes_{{ o.name }});
 {% endfor %}
     for (size_t k = 0; k < N; k += {{ name }}_WIDTH) {
         const size_t count = (N - k < {{ name }}_WIDTH) ? (N - k) : {{ name }}_WIDTH;
-{{ loaded() }}        status |= plain({{ k.panel.call }});
+{{ loaded() }}        status |= plain({{ each("lanes_{0.name}", "(apart *)lanes_{0.name}") }});
 {% for o in outputs %}
         lanes_store(lanes_{{ o.name }}, {{ o.size }}u, count, stream, scratch, &{{ o.name }}[k * {{ o.size }}u]);
 {% endfor %}
@@ -87,7 +93,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, {{ k.batch_
 {{ loaded() }}{% for o in outputs %}
         apart *lanes_{{ o.name }} = (apart *)&{{ o.name }}[k * {{ o.size }}u];
 {% endfor %}
-        status |= stream ? panel({{ k.panel.passed }}, 1) : plain({{ k.panel.passed }});
+        status |= stream ? panel({{ passed }}, 1) : plain({{ passed }});
     }
     return status;
 }
@@ -96,9 +102,9 @@ int {{ name }}_{{ k.name }}_panels(int stream, size_t N, const size_t *strides,
     {{ k.batch_parameters }})
 {
     if (!({% for o in outputs %}{{ " && " if not loop.first }}streamed(stream, {{ o.name }}){% endfor %})) {
-        return panels(0, N, strides, {{ k.names }});
+        return panels(0, N, strides, {{ names }});
     }
-    const int status = panels(1, N, strides, {{ k.names }});
+    const int status = panels(1, N, strides, {{ names }});
     stream_end();
     return status;
 }
@@ -111,7 +117,7 @@ int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
     int status = 0;
 {{ strides() }}    (void)stream;
     for (size_t k = 0; k < N; ++k) {
-        {{ "status |= " if k.fallible }}{{ name }}_{{ k.name }}({{ k.panel.single }});
+        {{ "status |= " if k.fallible }}{{ name }}_{{ k.name }}({{ each("&{0.name}[k * stride_{0.name}]", "&{0.name}[k * {0.size}u]") }});
     }
     return status;
 }
@@ -119,7 +125,7 @@ int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
 int {{ name }}_{{ k.name }}_panels(int stream, size_t N, const size_t *strides,
     {{ k.batch_parameters }})
 {
-    return {{ name }}_{{ k.name }}_rows(stream, N, strides, {{ k.names }});
+    return {{ name }}_{{ k.name }}_rows(stream, N, strides, {{ names }});
 }
 
 #endif
@@ -131,5 +137,5 @@ size_t {{ name }}_{{ k.name }}_width(void)
 
 {{ k.returns }} {{ name }}_{{ k.name }}_batch(size_t N, {{ k.batch_parameters }})
 {
-    {{ "return " if k.fallible else "(void)" }}{{ name }}_{{ k.name }}_rows(0, N, NULL, {{ k.names }});
+    {{ "return " if k.fallible else "(void)" }}{{ name }}_{{ k.name }}_rows(0, N, NULL, {{ names }});
 }

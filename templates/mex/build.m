@@ -4,8 +4,8 @@ function {{ name }}_build()
   here = fileparts(mfilename('fullpath'));
   package = fileparts(here);
   names = { ...
-{% for file in sources %}
-    '{{ file }}', ...
+{% for k in kernels %}
+    '{{ name }}_{{ k.name }}.c', ...
 {% endfor %}
   };
   sources = cellfun(@(name) fullfile(package, name), names, 'UniformOutput', false);

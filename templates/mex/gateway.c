@@ -1,3 +1,6 @@
+{% macro width(a) %}{{ 1 if a.plain else p if a.name == "X" else a.size }}{% endmacro %}
+{% macro place(k, a) %}{{ (k.outputs | map(attribute="name") | list).index(a.name) }}{% endmacro %}
+{% set first = 0 if floating else 1 %}
 /* {{ name }} in MATLAB and Octave: [out, ..] = {{ name }}_mex('kernel', in, ..). {{ name }}_build makes it.
  *
  * The kernels and their arrays are those of {{ name }}.h; matrices come out as matrices, frames as
@@ -31,7 +34,7 @@ typedef struct {
 
 static const kernel kernels[] = {
 {% for k in kernels %}
-    { "{{ k.name }}", {{ k.inputs|length }}, { {% for name, size, shared, links in k.inputs %}{ "{{ name }}", {{ size }}, {{ shared }}, {{ links }} }, {% endfor %}}, {{ k.shapes|length }}, { {% for shape in k.shapes %}{ {{ shape }} }, {% endfor %}} },
+    { "{{ k.name }}", {{ k.inputs|length }}, { {% for a in k.inputs %}{ "{{ a.name }}", {{ width(a) }}, {{ 1 if a.shared or not k.batch else 0 }}, {{ a.last if a.link else 0 }} }, {% endfor %}}, {{ k.outputs|length }}, { {% for o in k.outputs %}{ {{ (o.shape + (0, 0))[:3] | join(", ") }} }, {% endfor %}} },
 {% endfor %}
 };
 
@@ -43,10 +46,13 @@ static int call(size_t index, {{ name }}_real in[][{{ widest }}], {{ name }}_rea
     switch (index) {
 {% for k in kernels %}
     case {{ loop.index0 }}:
-{% for to, from, size in k.copies %}
-        (void)memcpy(out[{{ to }}], in[{{ from }}], {{ size }} * sizeof in[{{ from }}][0]);
+{% for a in k.inputs %}
+{% if a.written %}
+        (void)memcpy(out[{{ place(k, a) }}], in[{{ loop.index0 }}], {{ width(a) }} * sizeof in[{{ loop.index0 }}][0]);
+{% endif %}
 {% endfor %}
-        {{ "return " if k.fallible }}{{ name }}_{{ k.name }}({{ k.arguments }});
+        {{ "return " if k.fallible }}{{ name }}_{{ k.name }}({% for a in k.arguments %}
+{% if a.written %}out[{{ place(k, a) }}]{% else %}{{ "(size_t)" if a.link }}in[{{ loop.index0 }}]{{ "[0]" if a.plain }}{% endif %}{{ ", " if not loop.last }}{% endfor %});
 {% if not k.fallible %}
         break;
 {% endif %}
@@ -159,8 +165,8 @@ void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
     size_t samples = 1;
 {% if known %}
     if (asks_values(nrhs, prhs)) {
-        plhs[0] = mxCreateDoubleMatrix({{ parameters }}, 1, mxREAL);
-        for (size_t i = 0; i < {{ parameters }}; ++i) {
+        plhs[0] = mxCreateDoubleMatrix({{ p }}, 1, mxREAL);
+        for (size_t i = 0; i < {{ p }}; ++i) {
             mxGetPr(plhs[0])[i] = (double){{ name }}_values[i];
         }
         return;

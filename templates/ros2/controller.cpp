@@ -216,7 +216,7 @@ protected:
       }
     }
     // qd is the speed of the reference: measured noise at rest would make Coulomb friction chatter.
-    {{ name }}_inverse_dynamics(q.data(), qd.data(), qdd.data(), X.data(){{ g }}, tau.data());
+    {{ name }}_inverse_dynamics(q.data(), qd.data(), qdd.data(), X.data(){{ ", gravity_.data()" if gravity_input }}, tau.data());
     bool finite = true;
     for (std::size_t j = 0; j < JOINTS; ++j) {
       const double effort = reference(j, kinds_.size() - 1);

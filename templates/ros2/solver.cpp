@@ -86,7 +86,7 @@ public:
   {
     const Joints q = joints(joint_positions);
     Joints tau;
-    {{ name }}_gravity_torque(q.data(), X_.data(){{ g }}, tau.data());
+    {{ name }}_gravity_torque(q.data(), X_.data(){{ ", gravity_.data()" if gravity_input }}, tau.data());
     return vector(tau);
   }
 
@@ -137,7 +137,7 @@ private:
     const Joints qd = joints(velocities);
     const Joints qdd = joints(accelerations);
     Joints tau;
-    {{ name }}_inverse_dynamics(q.data(), qd.data(), qdd.data(), rigid_.data(){{ g }}, tau.data());
+    {{ name }}_inverse_dynamics(q.data(), qd.data(), qdd.data(), rigid_.data(){{ ", gravity_.data()" if gravity_input }}, tau.data());
     return vector(tau);
   }
 

@@ -274,13 +274,6 @@ def test_octave_returns_the_values(own, tmp_path) -> None:
     assert list(map(float, done.stdout.split())) == values["X"]
 
 
-def test_values_of_another_number_are_refused(model) -> None:
-    from symgen.codegen.values import Values
-
-    with pytest.raises(symgen.PackageError, match="accepted: "):
-        symgen.generate(model, target="c", values=Values((1.0,), (None,)))
-
-
 def test_values_of_an_estimate_say_what_it_is_good_for(estimate, tmp_path) -> None:
     (tmp_path / "estimate.json").write_text(json.dumps(estimate.to_json()))
     command = ["generate", NAME, "--kernels", "inverse_dynamics", "--target", "c"]

@@ -308,10 +308,6 @@ def test_only_the_links_that_are_named_change():
     assert base.find("inertial/mass").get("value") == "2"
     assert tip.find("inertial/mass").get("value") == "3.0"
     assert tip.find("inertial/origin").get("xyz") == "0.1 0.0 0.0"
-    with pytest.raises(symgen.ParameterError, match="there is no joint 2"):
-        updated_urdf(text, Dynamics((Body(2, 3.0, np.zeros(3), np.eye(3)),)))
-    with pytest.raises(symgen.ParameterError, match="all finite"):
-        updated_urdf(text, Dynamics((Body(1, math.nan, np.zeros(3), np.eye(3)),)))
 
 
 @pytest.mark.parametrize("seed", sampled(range(10), 4))

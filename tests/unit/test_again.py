@@ -58,7 +58,7 @@ def test_another_command_keeps_the_options_that_it_has() -> None:
     typed = [
         *("identify", "my arm.toml", "a.csv", "b c.csv", "--validation", "v.csv"),
         *("--window", "0.1", "--columns", "q=* pos", "--from", "2", "--mask", "rest"),
-        *("--cutoff", "8", "--into", "out"),
+        *("--cutoff", "8", "--least", "2", "--into", "out"),
     ]
     words = said(typed, "diagnose", into="out-why")
     assert words[:5] == ["symgen", "diagnose", "my arm.toml", "a.csv", "b c.csv"]
@@ -68,6 +68,7 @@ def test_another_command_keeps_the_options_that_it_has() -> None:
         "--from": "2.0",
         "--mask": "rest",
         "--cutoff": "8.0",
+        "--least": "2.0",
         "--into": "out-why",
     }
 

@@ -15,8 +15,10 @@ from documented import shell
 from support import PROJECT
 from support_commands import in_terminal
 
-from symgen.cli import options, progress
+from symgen import names
+from symgen.cli import progress
 from symgen.cli.generate import NEXT
+from symgen.cli.group import cli
 from symgen.codegen import c_printer, package
 from symgen.estimation.equation_model import NEEDED
 from symgen.experiment import plan
@@ -54,17 +56,21 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
     assert offered <= set(done.stdout.split()), done.stdout + done.stderr
 
 
+def words_of(command: str, option: str) -> set[str]:
+    """Return the words that an option of a command offers."""
+    (found,) = [p for p in cli.commands[command].params if p.name == option]
+    return {*found.type.choices}
+
+
 def test_options_offer_the_words_of_the_tables() -> None:
-    tables = {
-        options.MODELS: NEEDED,
-        options.METHODS: solving.ALL_METHODS,
-        options.TARGETS: (*package.TARGETS, "all"),
-        options.DTYPES: c_printer.DTYPES,
-        options.FORMATS: plan.FORMATS,
-    }
-    for offered, accepted in tables.items():
-        assert set(offered) == set(accepted)
-    assert set(NEXT) == set(package.TARGETS)
+    assert words_of("identify", "model") == {"auto", *NEEDED}
+    assert words_of("excite", "model") == words_of("study", "models") == {*NEEDED}
+    assert words_of("identify", "method") == {*solving.ALL_METHODS}
+    assert words_of("study", "methods") == {*solving.ALL_METHODS}
+    assert words_of("generate", "target") == {*package.TARGETS, "all"} == {*NEXT}
+    assert words_of("generate", "dtype") == {*c_printer.DTYPES}
+    assert words_of("excite", "to") == {*plan.FORMATS}
+    assert words_of("import", "base") == {*names.BASES}
 
 
 def test_a_bar_comes_after_two_seconds_on_a_terminal_and_never_in_a_file(monkeypatch) -> None:

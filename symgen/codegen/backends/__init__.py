@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 from symgen.codegen.kernel import Kernel
 from symgen.codegen.kernels import ENERGY
@@ -109,17 +109,3 @@ class Package:
             dtype=self.dtype,
             **data,
         )
-
-
-class Backend(Protocol):
-    """Interface of a module that writes a target.
-
-    Attributes:
-        BUILDS_ON: other targets whose files it needs.
-    """
-
-    BUILDS_ON: tuple[str, ...]
-
-    def files(self, package: Package) -> dict[str, str]:
-        """Return path -> text of the files of the target."""
-        ...

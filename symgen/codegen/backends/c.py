@@ -12,9 +12,9 @@ from functools import partial
 from typing import Any
 
 from symgen.codegen import example
-from symgen.codegen.backends import VERSION, Package
+from symgen.codegen.backends import Package
 from symgen.codegen.c_printer import Printer, literal
-from symgen.codegen.kernel import LINK, SCALARS, Kernel
+from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.panels import panel_data, panelled
 from symgen.codegen.values import robot_digest, values_header_text
@@ -22,10 +22,10 @@ from symgen.codegen.verification import DIGITS, TOLERANCE, checked_kernel
 from symgen.files import rendered
 from symgen.robot.expressions import six_digits
 from symgen.robot.identifiers import c_comment, c_identifiers
+from symgen.robot.tables import Frame
 from symgen.robot.types import Robot
 from symgen.symbolic.tape import real_symbol
 
-BUILDS_ON: tuple[str, ...] = ()
 _LINE = 100  # line length of a header
 _SINCOS, _LANES = "math.h", "lanes.h"  # no public headers
 #: Limits from [limits] that become constants in C.
@@ -52,7 +52,7 @@ def files(package: Package) -> dict[str, str]:
     headers = [path for path in out if path.endswith(".h") and path not in private]
     controller = example.controller(package)
     verified = package.verified
-    checked = [checked_kernel(name, k, verified, package.dtype) for k in package.kernels]
+    checked = [checked_kernel(k, verified) for k in package.kernels]
     tolerance = repr(TOLERANCE[package.dtype])
     out[f"check/{name}_check.c"] = package.render(
         "c/check.c", kernels=checked, digits=DIGITS, tolerance=tolerance
@@ -60,7 +60,7 @@ def files(package: Package) -> dict[str, str]:
     out["CMakeLists.txt"] = package.render(
         "c/CMakeLists.txt",
         sources=sources,
-        headers=" ".join(headers),
+        headers=headers,
         example=bool(controller),
         component="firmware" in package.targets,
     )
@@ -135,20 +135,17 @@ def runtime_source(path: str, gravity_input: bool, dtype: str = "double") -> str
 
 def _header(package: Package, kernels: Sequence[Any]) -> str:
     """Return NAME.h."""
-    robot, base = package.model.robot, package.model.base
-    parameters = []
-    for b in base.parameters:
-        formula = f"{six_digits(b.expression)} [{b.unit}]"
-        parameters.append((b.name, _wrapped(formula, _LINE - 4)))
+    robot = package.model.robot
     return package.render(
         "c/model.h",
-        joints=", ".join(f"q{j.number}" for j in robot.movable),
-        named=[(f"q{j.number}", c_comment(j.name)) for j in robot.movable if j.name],
+        joints=robot.movable,
+        comment=c_comment,
         places=_named_places(robot),
         geometry=[(name, literal(value, package.dtype)) for name, value in robot.geometry],
-        base=parameters,
+        base=package.model.base.parameters,
+        six_digits=six_digits,
         kernels=kernels,
-        numbers=VERSION.split("."),
+        wrapped=_wrapped,
         digest=robot_digest(robot),
     )
 
@@ -182,16 +179,11 @@ def _constants(package: Package) -> dict[str, str]:
     return out
 
 
-def _frames(package: Package) -> list[dict[str, Any]]:
-    """Return the frames of links: ending of the C names, text, joint, and rows of numbers."""
+def _frames(package: Package) -> list[tuple[str, str, Frame]]:
+    """Return the frames of links, each with the ending of its C names and its name in a comment."""
     frames = package.model.robot.frames
-    out = []
-    for ending, frame in zip(c_identifiers((f.name for f in frames), "frame"), frames, strict=True):
-        rows = [", ".join(f"({package.name}_real){x!r}" for x in row) for row in frame.transform]
-        out.append(
-            {"ending": ending, "text": c_comment(frame.name), "joint": frame.joint, "rows": rows}
-        )
-    return out
+    endings = c_identifiers((frame.name for frame in frames), "frame")
+    return [(e, c_comment(frame.name), frame) for e, frame in zip(endings, frames, strict=True)]
 
 
 def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, Any]:
@@ -199,20 +191,11 @@ def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, An
     name, dtype, robot = package.name, package.dtype, package.model.robot
     macros = {real_symbol(g): f"{name}_geometry_{g}" for g, _ in robot.geometry}
     function = Printer(kernel, macros, robot.values(), dtype, name).function()
-    counts = vars(kernel.tape.operations)
     batch_parameters = kernel.listed(dtype, batch=True)
-    shapes = []
-    for line in _shapes(kernel, name):
-        shapes += _wrapped(line, _LINE - 4, subsequent_indent="  ")
-    declarations = []
-    for prototype in kernel.prototypes(name, dtype):
-        declarations += _wrapped(prototype, _LINE, subsequent_indent="    ")
-    strides = [a.name if a.shared else f"&{a.name}[k * {a.size}u]" for a in kernel.arguments]
-    operations = [f"{count} {kind}" for kind, count in counts.items() if count]
     return {
+        "kernel": kernel,
         "name": kernel.name,
         "doc": _wrapped(kernel.doc, _LINE - 4),
-        "shapes": shapes,
         "returns": "int" if kernel.fallible else "void",
         "fallible": kernel.fallible,
         "link": kernel.link,
@@ -223,29 +206,9 @@ def described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, An
         "parameters": kernel.listed(dtype),
         "batch_parameters": batch_parameters,
         "batch_lines": _wrapped(batch_parameters, _LINE - 4),
-        "strides": ", ".join(strides),
-        "declarations": declarations,
-        "operations": ", ".join(operations) or "0 operations",
+        "operations": vars(kernel.tape.operations),
         "body": function.body,
-        "names": ", ".join(a.name for a in kernel.arguments),
+        "arguments": kernel.arguments,
         "needs_math": function.needs_math,
         "needs_sincos": function.needs_sincos,
     }
-
-
-def _shapes(kernel: Kernel, prefix: str) -> list[str]:
-    """Describe the arrays of a kernel, one line each."""
-    lines = []
-    for a in kernel.inputs:
-        shape = "a number" if a.name in SCALARS else f"({a.size},)"
-        if a.name == LINK:
-            shape = (
-                f"number of a joint in robot.toml, {a.first} to {a.last}; with any other the "
-                f"function returns {prefix}_NO_SUCH_LINK and writes nothing"
-            )
-        lines.append(f"{a.name}: {shape}")
-    for o in kernel.outputs:
-        columns = f": {', '.join(o.columns)}" if o.columns else ""
-        comma = "," if len(o.shape) == 1 else ""
-        lines.append(f"{o.name}: ({', '.join(map(str, o.shape))}{comma}){columns}")
-    return lines

@@ -22,8 +22,6 @@ _VOCABULARY = Vocabulary(
     logarithm="ca.log({value})",
 )
 
-BUILDS_ON: tuple[str, ...] = ()
-
 
 def files(package: Package) -> dict[str, str]:
     """Return NAME_casadi.py, and the optimal control if its kernels are in the package."""
@@ -61,11 +59,6 @@ def casadi_functions(
     return functions
 
 
-def function_name(name: str, kernel: str) -> str:
-    """Return the name of a casadi.Function. CasADi does not accept double underscores."""
-    return re.sub("_+", "_", f"{name}_casadi_{kernel}").strip("_")
-
-
 def _described(name: str, robot: Robot, kernel: Kernel) -> dict[str, Any]:
     """Return the data of a kernel for the template."""
     printer = PythonPrinter(kernel, robot, _VOCABULARY)
@@ -73,10 +66,11 @@ def _described(name: str, robot: Robot, kernel: Kernel) -> dict[str, Any]:
     if kernel.link is not None:
         first, last = kernel.link.first, kernel.link.last
         guards.append(f"(link >= {first}) * (link <= {last}) * (link == ca.floor(link))")
+    function = re.sub("_+", "_", f"{name}_casadi_{kernel.name}")  # CasADi refuses two in a row
     return {
         "name": kernel.name,
         "doc": docstring(kernel),
-        "function": function_name(name, kernel.name),
+        "function": function.strip("_"),
         "inputs": [(a.name, 1 if a.plain else a.size) for a in kernel.inputs],
         "outputs": [{**o, "entries": wrapped(o["entries"])} for o in printer.outputs()],
         "guards": guards,

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 from symgen.codegen.backends import Package, c
 
-BUILDS_ON: tuple[str, ...] = ("c",)
-
 
 def files(package: Package) -> dict[str, str]:
     """Return NAME.cu and its header."""
     name = package.name
-    kernels = [
-        {**c.described(package, kernel, False), "arguments": kernel.arguments}
-        for kernel in package.kernels
-        if kernel.batch
-    ]
+    kernels = [c.described(package, kernel, False) for kernel in package.kernels if kernel.batch]
     source = c.runtime_source("math.h", package.model.robot.gravity_input, package.dtype)
     marked = source.replace("static inline", "[[maybe_unused]] NAME_FUNCTION static inline")
     math = marked.replace("NAME", name).strip()

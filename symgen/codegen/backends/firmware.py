@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from symgen.codegen.backends import Package
 
-BUILDS_ON: tuple[str, ...] = ("c",)
 _SECTION = "==> "  # begins the path of each manifest in the template
 
 

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass
+import tomllib
 from html import escape
 
 from symgen.codegen.backends import Package, c
 from symgen.codegen.values import robot_digest
 from symgen.errors import PackageError
+from symgen.files import templates
 from symgen.robot.identifiers import c_identifiers
 from symgen.robot.types import Robot
 
-BUILDS_ON: tuple[str, ...] = ()
 #: Kernels that the plugins call.
 _KERNELS = (
     "inverse_dynamics",
@@ -30,68 +30,25 @@ _KERNELS = (
 )
 
 
-@dataclass(frozen=True)
-class Plugin:
-    """A plugin of the package.
-
-    Attributes:
-        stem: its source file in src/ and its description file.
-        type: its class.
-        package: the package of its base class.
-        base: its base class.
-        description: what it does.
-        extras: other packages that it needs.
-    """
-
-    stem: str
-    type: str
-    package: str
-    base: str
-    description: str
-    extras: tuple[str, ...] = ()
-
-
-_PLUGINS = (
-    Plugin(
-        "controller",
-        "ModelController",
-        "controller_interface",
-        "controller_interface::ChainableControllerInterface",
-        "Joint torques of the model: gravity compensation, or feedforward of a reference",
-        ("hardware_interface", "rclcpp_lifecycle", "geometry_msgs"),
-    ),
-    Plugin(
-        "solver",
-        "InverseDynamicsSolver",
-        "inverse_dynamics_solver",
-        "inverse_dynamics_solver::InverseDynamicsSolver",
-        "Inverse dynamics of the model",
-    ),
-    Plugin(
-        "kinematics",
-        "Kinematics",
-        "kinematics_interface",
-        "kinematics_interface::KinematicsInterface",
-        "Frames and Jacobians of the model",
-    ),
-)
-
-
 def files(package: Package) -> dict[str, str]:
     """Return the files of the folder NAME_model: C library, plugins, manifest and launch file."""
     robot = package.model.robot
     _require(package)
-    folder = _package_name(package.name)
+    plain = re.sub("_+", "_", package.name.lower().strip("_"))
+    folder = f"{plain}_model"
     library = c.files(package)
     names = [_quoted(j.name or f"q{j.number}") for j in robot.movable]
     limits = robot.limits.torque if robot.limits is not None else None
-    extras = [extra for plugin in _PLUGINS for extra in plugin.extras]
-    packages = ["pluginlib", "rclcpp", "urdf", "eigen", *extras]
+    listed = (templates() / "ros2/plugins.toml").read_text("utf-8")
+    plugins = tomllib.loads(listed)["plugin"]
+    packages = {"pluginlib", "rclcpp", "urdf", "eigen"}
+    for plugin in plugins:
+        packages.update([plugin["package"], *plugin["extras"]])
     data = {
         "package": folder,
         "title": escape(robot.name),
-        "plugins": _PLUGINS,
-        "dependencies": sorted({*packages, *(plugin.package for plugin in _PLUGINS)}),
+        "plugins": plugins,
+        "dependencies": sorted(packages),
         "license": package.license,
         "contact": package.contact,
         "joints": names,
@@ -101,8 +58,6 @@ def files(package: Package) -> dict[str, str]:
         "limits_header": f"{package.name}_limits.h" in library,
         "torque_limits": limits,
         "known": package.values is not None,
-        "g": ", gravity_.data()" if robot.gravity_input else "",
-        "zeros": ", ".join(["0.0"] * robot.n),
         "digest": f"sha256:{robot_digest(robot)[2:18]}",
     }
     written = {
@@ -111,19 +66,16 @@ def files(package: Package) -> dict[str, str]:
         "src/model.hpp": "model.hpp",
         "config/controllers.yaml": "controllers.yaml",
         f"launch/{folder}.launch.py": "launch.py",
-        **{f"src/{plugin.stem}.cpp": f"{plugin.stem}.cpp" for plugin in _PLUGINS},
     }
+    for plugin in plugins:
+        source = f"{plugin['stem']}.cpp"
+        written[f"src/{source}"] = source
     out = {path: package.render(f"ros2/{name}", **data) for path, name in written.items()}
-    for plugin in _PLUGINS:
+    for plugin in plugins:
         description = package.render("ros2/plugin.xml", package=folder, plugin=plugin)
-        out[f"{plugin.stem}.xml"] = description
+        out[f"{plugin['stem']}.xml"] = description
     out |= {f"model/{path}": text for path, text in library.items()}
     return {f"{folder}/{path}": text for path, text in out.items()}
-
-
-def _package_name(name: str) -> str:
-    """Return the name of the ROS package: lower case, without runs of underscores."""
-    return re.sub("_+", "_", f"{name.lower().strip('_')}_model")
 
 
 def _quoted(text: str) -> str:

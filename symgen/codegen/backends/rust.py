@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from symgen.codegen.backends import Package
 
-BUILDS_ON: tuple[str, ...] = ("c",)
-
 
 def files(package: Package) -> dict[str, str]:
     """Return Cargo.toml, build.rs and src/lib.rs."""

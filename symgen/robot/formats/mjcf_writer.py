@@ -19,7 +19,6 @@ from symgen.robot.formats.urdf import (
     CAVEAT,
     inertial_edit,
     joint_name,
-    require_finite_joints,
     written_bodies,
 )
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, with_attributes
@@ -47,7 +46,8 @@ def updated_mjcf(
 
     Args:
         path: path of the MJCF. All other bytes stay the same.
-        dynamics: values of the imported robot. Links and joints without values stay unchanged.
+        dynamics: finite values of the imported robot. Links and joints without values stay
+            unchanged.
         drives: drives by names of joints, whose actuators and limits they replace.
         base: base of the robot, as in `import_mjcf`.
 
@@ -64,7 +64,6 @@ def updated_mjcf(
         chain = Chain(on_base(tree.urdf, base))
         places = _by_name(tree.root.walk("body"))
         bodies = written_bodies(chain, dynamics.bodies)
-        require_finite_joints(chain, dynamics.joints)
         for link, body in bodies.items():
             at = _named(places, "body", link)
             body = replace(body, com=np.asarray(body.com) + tree.shift[link])

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import astuple, replace
+from dataclasses import replace
 from decimal import Decimal
 from functools import partial
 from typing import TypeVar
@@ -23,9 +23,10 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located, shortened
+from symgen.errors import ExpressionError, RobotError, first_of, located, shortened
+from symgen.files import rendered
 from symgen.robot import dh, expressions
-from symgen.robot.body import Body, Dynamics, JointDynamics, merge_bodies
+from symgen.robot.body import Body, Dynamics, merge_bodies
 from symgen.robot.exact_numbers import context
 from symgen.robot.formats.chain import (
     ORIGIN,
@@ -114,13 +115,13 @@ def updated_urdf(
 
     Args:
         text: text of the URDF. All other bytes stay the same.
-        dynamics: values of the imported robot. Links and joints without values stay unchanged.
+        dynamics: finite values of the imported robot. Links and joints without values stay
+            unchanged.
         where: name of the file in error messages.
         base: base of the robot, as in `import_urdf`.
 
     Raises:
         RobotError: the URDF cannot be read.
-        ParameterError: there is no such joint, or a value is not finite.
     """
     with located(where):
         root, content = parse_xml(text), text.encode("utf-8")
@@ -391,17 +392,12 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
 
     Args:
         chain: chain of the file.
-        bodies: links of the robot in the frames of their joints.
-
-    Raises:
-        ParameterError: there is no such joint, or a value is not finite.
+        bodies: links of the robot in the frames of their joints, of finite values.
     """
     urdf, parts = chain.urdf, dict[str, list[Body]]()
     for body in bodies:
         name = joint_name(chain, body.joint)
         link = chain.host(name)
-        with located(f"joint {shortened(name)!r}"):
-            body = _finite(body)
         empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
         still = link == urdf.root and urdf.base != "floating"
         if still or empty:  # no joint moves the link, or the body is empty
@@ -411,40 +407,8 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
 
 
 def joint_name(chain: Chain, number: int) -> str:
-    """Return the name of a joint in the file, or "" for link 0 of a floating base.
-
-    Raises:
-        ParameterError: there is no such joint.
-    """
-    if number == 0 and chain.urdf.base == "floating":
-        return ""
-    if not 1 <= number <= len(chain.order):
-        raise ParameterError(f"there is no joint {number}; accepted: 1 to {len(chain.order)}")
-    return chain.order[number - 1]
-
-
-def require_finite_joints(chain: Chain, joints: Iterable[JointDynamics]) -> None:
-    """Refuse torques of joints that are not finite."""
-    for joint in joints:
-        if not np.isfinite(astuple(joint)).all():
-            with located(f"joint {shortened(joint_name(chain, joint.joint))!r}"):
-                raise ParameterError("its friction, inertia or spring is not a finite number")
-
-
-def _finite(body: Body) -> Body:
-    """Return a body with its values as floats.
-
-    Raises:
-        ParameterError: a value is not finite, or an array has another shape.
-    """
-    values = [np.asarray(v, dtype=float) for v in (body.mass, body.com, body.inertia)]
-    shapes = [v.shape for v in values]
-    if shapes != [(), (3,), (3, 3)] or not all(np.isfinite(v).all() for v in values):
-        raise ParameterError(
-            "accepted: a mass, 3 coordinates of its centre and a 3 x 3 inertia, all finite"
-        )
-    mass, com, inertia = values
-    return Body(body.joint, float(mass), com, inertia)
+    """Return the name of a joint in the file, or "" for link 0 of a floating base."""
+    return chain.order[number - 1] if number else ""
 
 
 def _without_rounding(body: Body) -> Body:
@@ -456,23 +420,11 @@ def _without_rounding(body: Body) -> Body:
 def _inertial(body: Body) -> list[str]:
     if not body.mass and not np.any(body.inertia):
         return [_FRAME]
-    upper = [(i, k) for i in range(3) for k in range(i, 3)]
-    tensor = " ".join(
-        f'{key}="{float(body.inertia[i, k])!r}"' for key, (i, k) in zip(TENSOR, upper, strict=True)
-    )
-    return [
-        "<inertial>",
-        f"  {CAVEAT}",
-        f'  <origin xyz="{" ".join(repr(float(v)) for v in body.com)}" rpy="0 0 0"/>',
-        f'  <mass value="{body.mass!r}"/>',
-        f"  <inertia {tensor}/>",
-        "</inertial>",
-    ]
+    return rendered("text/inertial.urdf", body=body, caveat=CAVEAT).splitlines()
 
 
 def _joint_edits(content: bytes, root: Element, chain: Chain, dynamics: Dynamics) -> Iterator[Edit]:
     """Yield the edits that set the friction and the rotor inertia of joints."""
-    require_finite_joints(chain, dynamics.joints)
     joints = {e.attributes["name"]: e for e in root.all("joint")}
     for own in dynamics.joints:
         name = joint_name(chain, own.joint)

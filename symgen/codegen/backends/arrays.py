@@ -1,4 +1,7 @@
-"""Straight-line functions of arrays, for libraries that transform and differentiate them."""
+"""JAX and PyTorch: NAME_jax.py and NAME_torch.py, a function of arrays for every kernel.
+
+The code is straight-line, so that the libraries can transform and differentiate it.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from symgen.codegen.python_printer import PythonPrinter, Vocabulary, docstring, 
 _LOCAL = ("leading", "batch", "zero", "guards", "cosines", "sines", "kept", "places", "tuple")
 
 
-def array_files(package: Package, library: str, name: str, kept: str = "") -> dict[str, str]:
+def files(package: Package, library: str, name: str, kept: str = "") -> dict[str, str]:
     """Return the module with a function for each kernel, over arrays with leading axes.
 
     Args:
