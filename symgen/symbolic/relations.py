@@ -36,7 +36,8 @@ class _Formulas(TapeBuilder):
         return value
 
     def name(self, _: str, expr: sp.Expr) -> sp.Expr:
-        return sp.expand(expr)
+        nested = any(term.has(sp.Add) for term in sp.Add.make_args(expr))
+        return sp.expand(expr) if nested else expr
 
 
 def structural_relations(robot: Robot) -> list[Relation]:
