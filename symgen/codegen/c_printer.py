@@ -16,7 +16,7 @@ import sympy as sp
 
 from symgen.codegen.kernel import LINK, SCALARS, Kernel
 from symgen.errors import SymgenError
-from symgen.symbolic.tape import Steps, Values
+from symgen.symbolic.tape import Steps, Values, symbols_in
 
 DTYPES = ("double", "float")
 _ANGLES = (4, 2, 1)  # numbers of angles for which the package has a combined sincos
@@ -88,8 +88,8 @@ class Printer:
         self.geometry = geometry
 
     def function(self) -> CFunction:
-        used = {s for _, e in self.tape.steps for s in e.free_symbols}
-        used |= {s for e in self.tape.outputs for s in e.free_symbols}
+        used = {s for _, e in self.tape.steps for s in symbols_in(e)}
+        used |= {s for e in self.tape.outputs for s in symbols_in(e)}
         lines = [
             f"(void){name};" for name, symbols in self.tape.inputs if not used.intersection(symbols)
         ]
@@ -142,7 +142,7 @@ class Printer:
             for i, result in enumerate(results):
                 place = f"{output.name}[{i}]"
                 if result != 0 and self.word.get(result) != place:  # leave out unchanged entries
-                    (symbol,) = result.free_symbols & steps or {None}
+                    (symbol,) = symbols_in(result) & steps or {None}
                     line = self.stored(place, result)
                     at.setdefault(symbol, []).append(line)
         return at
@@ -171,15 +171,15 @@ class Printer:
         wanted: list[sp.Expr] = []
         for symbol, expr in self.tape.steps:
             on_angle = expr.func in (sp.sin, sp.cos)
-            depends[symbol] = on_angle or any(depends.get(s, False) for s in expr.free_symbols)
-            free = not any(depends.get(s, False) for s in expr.free_symbols)
+            depends[symbol] = on_angle or any(depends.get(s, False) for s in symbols_in(expr))
+            free = not any(depends.get(s, False) for s in symbols_in(expr))
             if on_angle and free and expr.args[0] not in wanted:
                 wanted.append(expr.args[0])
-        needed = {s for angle in wanted for s in angle.free_symbols}
+        needed = {s for angle in wanted for s in symbols_in(angle)}
         first = []
         for symbol, expr in reversed(self.tape.steps):
             if symbol in needed:
-                needed |= expr.free_symbols
+                needed |= symbols_in(expr)
                 first.append((symbol, expr))
         lines: list[str] = []
         plain = sorted((a for a in wanted if a in known), key=lambda a: known[a])

@@ -11,7 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial, reduce
+from functools import cache, cached_property, lru_cache, partial, reduce
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,14 @@ Values = Mapping[sp.Symbol, sp.Expr]
 def real_symbol(name: str) -> sp.Symbol:
     """Return the symbol of a name. All symbols of a tape and of robot files are real."""
     return sp.Symbol(name, real=True)
+
+
+@lru_cache(maxsize=100_000)  # SymPy walks the expression at every request
+def symbols_in(expr: sp.Expr) -> frozenset[sp.Symbol]:
+    """Return the symbols of an expression."""
+    if expr.is_Symbol:
+        return frozenset((expr,))
+    return frozenset().union(*map(symbols_in, expr.args))
 
 
 class Arithmetic(ABC):
@@ -121,12 +129,12 @@ class Tape:
     def keep(self, indices: Sequence[int]) -> Tape:
         """Return the tape of some of the outputs, without steps that they do not need."""
         outputs = tuple(self.outputs[i] for i in indices)
-        needed = {s for out in outputs for s in out.free_symbols}
+        needed = {s for out in outputs for s in symbols_in(out)}
         steps = []
         for symbol, expr in reversed(self.steps):
             if symbol in needed:
                 steps.append((symbol, expr))
-                needed |= expr.free_symbols
+                needed |= symbols_in(expr)
         constants = tuple((s, e) for s, e in self.constants if s in needed)
         return Tape(self.inputs, constants, tuple(reversed(steps)), outputs)
 
@@ -170,20 +178,22 @@ class Tape:
         """Count the operations of one evaluation in C."""
         count = {"mul": 0, "add": 0, "div": 0, "other": 0}
         angles = set()
-        for _, expr in self.steps:
-            for part in sp.preorder_traversal(expr):
-                if part.is_Add:
-                    count["add"] += len(part.args) - 1
-                elif part.is_Mul:
-                    count["mul"] += sum(1 for f in part.args if f is not sp.S.NegativeOne) - 1
-                elif part.func in (sp.sin, sp.cos):
-                    angles.add(part.args[0])
-                elif part.is_Pow and part.exp == -1:
-                    count["div"] += 1
-                elif part.is_Pow:
-                    count["mul"] += int(part.exp) - 1
-                elif part.is_Function:
-                    count["other"] += 1
+        parts = [expr for _, expr in self.steps]
+        while parts:
+            part = parts.pop()
+            parts += (x for x in part.args if x.args)
+            if part.is_Add:
+                count["add"] += len(part.args) - 1
+            elif part.is_Mul:
+                count["mul"] += sum(1 for f in part.args if f is not sp.S.NegativeOne) - 1
+            elif part.func in (sp.sin, sp.cos):
+                angles.add(part.args[0])
+            elif part.is_Pow and part.exp == -1:
+                count["div"] += 1
+            elif part.is_Pow:
+                count["mul"] += int(part.exp) - 1
+            elif part.is_Function:
+                count["other"] += 1
         # C contains the argument of sin and cos once for both.
         repeated = len(
             [1 for _, e in self.steps if e.func in (sp.sin, sp.cos) and e.args[0].is_Add]
@@ -207,7 +217,7 @@ def terms(expr: sp.Expr, order: Mapping[sp.Symbol, int]) -> list[tuple[bool, lis
     def key(expr: sp.Expr) -> tuple[int, ...]:
         if expr.is_Symbol:
             return (order[expr],)
-        return tuple(sorted(order[s] for s in expr.free_symbols))
+        return tuple(sorted(order[s] for s in symbols_in(expr)))
 
     out = []
     for term in sp.Add.make_args(expr):
@@ -250,6 +260,7 @@ class TapeBuilder:
         self._constants: dict[sp.Expr, sp.Symbol] = {}
         self._steps: dict[sp.Expr, sp.Symbol] = {}
         self._sums: dict[frozenset[sp.Expr], sp.Symbol] = {}  # the same steps, by their terms
+        self._terms: set[sp.Expr] = set()  # all terms of the steps
         self._taken = set(reserved)
 
     def symbol(self, name: str) -> sp.Symbol:
@@ -279,14 +290,17 @@ class TapeBuilder:
         if known is not None:
             return known
         parts = sp.Add.make_args(expr)
-        negated = [-part for part in parts]  # SymPy is slow to make this a sum
-        if len(parts) == 1 and negated[0].is_Symbol:
+        negative = -parts[0]
+        if len(parts) == 1 and negative.is_Symbol:
             return expr
-        opposite = self._sums.get(frozenset(negated))
-        if opposite is not None:
-            return -opposite
+        if negative in self._terms:
+            negated = frozenset(-part for part in parts)  # SymPy is slow to make this a sum
+            opposite = self._sums.get(negated)
+            if opposite is not None:
+                return -opposite
         symbol = self.symbol(name)
         self._steps[expr] = self._sums[frozenset(parts)] = symbol
+        self._terms.update(parts)
         return symbol
 
     def entry(self, expr: sp.Expr, letter: str, tag: object, *places: int) -> sp.Expr:
@@ -303,7 +317,7 @@ class TapeBuilder:
             tuple((s, e) for e, s in self._steps.items()),
             tuple(outputs),
         ).keep(range(len(outputs)))
-        read = {s for e in (*tape.outputs, *(e for _, e in tape.steps)) for s in e.free_symbols}
+        read = {s for e in (*tape.outputs, *(e for _, e in tape.steps)) for s in symbols_in(e)}
         last = (
             group for group in self._last if any(read.intersection(symbols) for _, symbols in group)
         )
@@ -334,7 +348,7 @@ class Numbers(Arithmetic):
     def constant(self, value: sp.Expr) -> Any:
         known = self._known.get(value)
         if known is None:
-            exact = value.subs(self.values) if value.free_symbols else value
+            exact = value.subs(self.values) if symbols_in(value) else value
             known = self._known[value] = self.number(exact.evalf(self.digits))
         return known
 
