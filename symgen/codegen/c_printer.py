@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import groupby
 
 import sympy as sp
@@ -36,6 +37,7 @@ class CFunction:
     needs_sincos: bool = False
 
 
+@lru_cache(maxsize=10_000)
 def literal(value: sp.Expr, dtype: str) -> str:
     """Return a number as the shortest C literal that reads back to the same value."""
     number = float(value.evalf(50))
@@ -167,12 +169,13 @@ class Printer:
         depend on the cosine of another angle use libm.
         """
         known = {s: (name, i) for name, group in self.tape.inputs for i, s in enumerate(group)}
-        depends: dict[sp.Symbol, bool] = {}
+        dependent: set[sp.Symbol] = set()
         wanted: list[sp.Expr] = []
         for symbol, expr in self.tape.steps:
             on_angle = expr.func in (sp.sin, sp.cos)
-            depends[symbol] = on_angle or any(depends.get(s, False) for s in symbols_in(expr))
-            free = not any(depends.get(s, False) for s in symbols_in(expr))
+            free = dependent.isdisjoint(symbols_in(expr))
+            if on_angle or not free:
+                dependent.add(symbol)
             if on_angle and free and expr.args[0] not in wanted:
                 wanted.append(expr.args[0])
         needed = {s for angle in wanted for s in symbols_in(angle)}
@@ -212,8 +215,9 @@ class Printer:
             at += count
 
     def expression(self, expr: sp.Expr) -> str:
-        if expr in self.word:
-            return self.word[expr]
+        word = self.word.get(expr)
+        if word is not None:
+            return word
         if expr.is_number:
             return literal(expr, self.dtype)
         if expr.is_Pow and expr.exp == -1:
