@@ -27,6 +27,7 @@ Steps = tuple[tuple[sp.Symbol, sp.Expr], ...]
 Values = Mapping[sp.Symbol, sp.Expr]
 
 
+@lru_cache(maxsize=100_000)
 def real_symbol(name: str) -> sp.Symbol:
     """Return the symbol of a name. All symbols of a tape and of robot files are real."""
     return sp.Symbol(name, real=True)
