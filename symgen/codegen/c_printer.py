@@ -90,8 +90,8 @@ class Printer:
         self.geometry = geometry
 
     def function(self) -> CFunction:
-        used = {s for _, e in self.tape.steps for s in symbols_in(e)}
-        used |= {s for e in self.tape.outputs for s in symbols_in(e)}
+        read = (*(e for _, e in self.tape.steps), *self.tape.outputs)
+        used = set().union(*map(symbols_in, read))
         lines = [
             f"(void){name};" for name, symbols in self.tape.inputs if not used.intersection(symbols)
         ]

@@ -190,11 +190,6 @@ def of_robot(derive: Callable[[Robot], Tape]) -> Derivation:
     return lambda s, _: derive(s.robot)
 
 
-def of_columns(derive: Callable[..., Tape]) -> Derivation:
-    """Return the derivation of columns of base parameters: links on fixed joints have none."""
-    return lambda s, _: derive(s.robot, fixed=False)
-
-
 def of_base(derive: Callable[[Robot, BaseParameters], Tape]) -> Derivation:
     """Return the derivation of a kernel that regroups parameters."""
     return lambda s, _: derive(s.robot, s.base)

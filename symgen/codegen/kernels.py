@@ -22,7 +22,6 @@ from symgen.codegen.definition import (
     Size,
     Subject,
     of_base,
-    of_columns,
     of_plant,
     of_robot,
 )
@@ -41,8 +40,7 @@ from symgen.symbolic import (
 
 #: The modules with derivations, by what these take.
 _DERIVING = (
-    (of_robot, (energy, friction, placement)),
-    (of_columns, (regressor,)),
+    (of_robot, (energy, friction, regressor, placement)),
     (of_plant, (dynamics, forward, passive, derivatives)),
     (of_base, (regrouping,)),
 )
@@ -118,9 +116,8 @@ def _definitions() -> tuple[KernelDefinition, ...]:
         free = row.pop("floating", {})
         module, _, function = row.pop("derived").partition(".")
         exists, lacks = _NEEDS.get(row.pop("needs", ""), (None, ""))
-        every = row.get("standard", False) or row.get("named", False)
         (tape,) = (
-            (of_robot if every and of is of_columns else of)(getattr(found, function))
+            of(getattr(found, function))
             for of, modules in _DERIVING
             for found in modules
             if found.__name__.endswith(f".{module}")

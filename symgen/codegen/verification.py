@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
-from decimal import Decimal, localcontext
+from decimal import Context, Decimal, localcontext
 from functools import lru_cache
 from typing import Any
 
@@ -24,13 +24,14 @@ DIGITS = 50
 SEED = 1988
 POINTS = 4  # for a kernel whose outputs have at most LARGEST entries
 _WRITTEN = 20  # digits of the values in the manifest
-_ZERO = Decimal(10) ** -DIGITS  # the check is relative to the largest value
 #: Largest accepted error of a compiled kernel, relative to its largest entry at all points.
 TOLERANCE = {"double": 1e-13, "float": 2e-5}
 
 
 def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
     """Return the points (input -> values) and the expected outputs, by kernel."""
+    import mpmath
+
     draw = random.Random(SEED)
     X = [round(x, 6) for x in physical_parameters(model, draw)]
     at: dict[str, Any] = {}
@@ -47,18 +48,13 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
             }
             for point in range(_points(kernel))
         ]
+        expected = evaluate(kernel, model, points, DIGITS)
         at[kernel.name] = points
-        expected = _outputs(kernel, model, points, DIGITS)
-        written[kernel.name] = [[_written(x) for x in row] for row in expected]
+        # Values below these digits are zero. The check is relative to the largest value.
+        rows = [[v if abs(v) >= 10.0**-DIGITS else 0 for v in row] for row in expected]
+        exact = [[mpmath.mpf(str(v), dps=DIGITS) for v in row] for row in rows]
+        written[kernel.name] = [[str(mpmath.nstr(v, _WRITTEN)) for v in row] for row in exact]
     return {"points": at, "expected": written}
-
-
-def _written(value: Decimal) -> str:
-    """Return a value as text. Below the digits of the evaluation, it is zero."""
-    if abs(value) < _ZERO:
-        return "0.0"
-    context = _context(DIGITS)
-    return str(context.nstr(context.mpf(str(value)), _WRITTEN))
 
 
 def _points(kernel: Kernel) -> int:
@@ -156,23 +152,13 @@ def _solid(number: int, draw: random.Random) -> Body:
 
 
 def evaluate(
-    kernel: Kernel, model: Model, point: Mapping[str, Sequence[float]], digits: int
-) -> list[Any]:
-    """Evaluate a kernel with many digits.
-
-    Returns:
-        One mpmath number for each entry of the outputs, without guards.
-    """
-    (row,) = _outputs(kernel, model, [point], digits)
-    number = _context(digits).mpf
-    return [number(str(x)) for x in row]
-
-
-def _outputs(
     kernel: Kernel, model: Model, points: Sequence[Mapping[str, Sequence[float]]], digits: int
 ) -> NDArray[Any]:
-    """Return the entries of the outputs at some points as decimal numbers, (points, size)."""
-    arithmetic = _arithmetic(model.robot, digits)
+    """Evaluate a kernel at some points with many digits.
+
+    Returns:
+        Decimal numbers, (points, size): the entries of the outputs, without guards.
+    """
     inputs = {}
     for name, symbols in kernel.tape.inputs:
         links = range(kernel.first, kernel.first + len(symbols))
@@ -180,38 +166,24 @@ def _outputs(
             [int(link == point[name][0]) for link in links] if name == LINK else point[name]
             for point in points
         ]
-        exact = [[Decimal(repr(x)) for x in row] for row in rows]
-        inputs[name] = list(np.array(exact, dtype=object).T)
-    with localcontext() as context:
-        context.prec = digits + 10
-        values = kernel.tape.run(arithmetic, inputs)[: kernel.size]
-    return stacked(values, len(points))
+        inputs[name] = list(np.array([[Decimal(repr(x)) for x in row] for row in rows]).T)
+    with localcontext(Context(prec=digits + 10)):
+        values = kernel.tape.run(_arithmetic(model.robot, digits), inputs)
+    return stacked(values[: kernel.size], len(points))
 
 
 @lru_cache(maxsize=4)
 def _arithmetic(robot: Robot, digits: int) -> Numbers:
     """Return arithmetic of arrays with many digits. It caches the constants of the robot."""
-    context = _context(digits)
-
-    def of_mpmath(name: str) -> Callable[[Any], Any]:
-        function = getattr(context, name)
-        return lambda x: Decimal(str(function(context.mpf(str(x)))))
-
-    functions: dict[str, Callable[[Any], Any]] = {
-        **{name: of_mpmath(name) for name in ("sin", "cos", "tanh", "sign")},
-        "exp": Decimal.exp,
-        "log": Decimal.ln,
-        "abs": abs,
-    }
-    on_arrays = {name: np.frompyfunc(function, 1, 1) for name, function in functions.items()}
-    return Numbers(robot.values(), on_arrays, lambda e: Decimal(str(e)), digits + 10)
-
-
-@lru_cache(maxsize=4)
-def _context(digits: int) -> Any:
-    """Return mpmath with some digits, and ten more."""
     import mpmath
 
     context = mpmath.mp.clone()
     context.dps = digits + 10
-    return context
+
+    def on_arrays(name: str) -> Any:
+        function = getattr(context, name)
+        return np.frompyfunc(lambda x: Decimal(str(function(x))), 1, 1)
+
+    functions = {f: on_arrays(f) for f in ("sin", "cos", "tanh", "exp", "log", "sign")}
+    functions["abs"] = abs
+    return Numbers(robot.values(), functions, lambda e: Decimal(str(e)), digits + 10)

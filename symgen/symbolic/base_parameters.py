@@ -353,21 +353,14 @@ class _Columns:
         link: M4R = M4 + OF4/g, IA4R = IA4 - OF4/g. A link on a fixed joint takes no part: its
         columns are combinations of those of its antecedent.
         """
-        parts = np.array([k for k, p in enumerate(self.columns.parameters) if not self.fixed(p)])
-        results = []
-        for sample in samples:
-            pivots, part = reduce_rows(sample.matrix[:, parts], sample.field.p)
-            rows = np.zeros((len(part), len(self.names)), np.int64)
-            rows[:, parts] = part
-            results.append((sample.field, tuple(parts[pivots].tolist()), rows))
-        pivots = max((pivots for _, pivots, _ in results), key=len)
-        if any(p != pivots for _, p, _ in results):
+        fixed = {joint.number for joint in self.columns.robot.joints if joint.fixed}
+        part = np.array([p.joint not in fixed for p in self.columns.parameters])
+        rows = part.sum() + _MARGIN
+        results = [(s.field, *reduce_rows(s.matrix[:rows] * part, s.field.p)) for s in samples]
+        pivots = max((tuple(pivots) for _, pivots, _ in results), key=len)
+        if any(tuple(p) != pivots for _, p, _ in results):
             raise SymgenError("the exact rank differs between primes: an unlucky draw")
         return _Selection(pivots, tuple((f, rows) for f, _, rows in results))
-
-    def fixed(self, parameter: Parameter) -> bool:
-        """Return whether it belongs to a link on a fixed joint."""
-        return parameter.joint != 0 and self.columns.robot.joint(parameter.joint).fixed
 
     def relation(self, column: int, selection: _Selection) -> ExactRow:
         """Return the exact relation of a column that no structural relation covers."""

@@ -18,7 +18,6 @@ from symgen.symbolic.dynamics import (
     weighted_effects,
 )
 from symgen.symbolic.kinematics import base_inputs, path, variables
-from symgen.symbolic.spatial import product
 
 #: Number of joints in one chain from which articulated bodies need fewer steps than the factored
 #: mass matrix. The factor keeps the zeros of branches.
@@ -144,10 +143,9 @@ def factor_solution(p: Plant, factor: MassFactor, right: ByJoint, letter: str) -
     for k in reversed(order):
         for i in order:
             if (k, i) in low:
-                y[i] = tape.name(f"y{k}_{i}", sp.Add(y[i], -product(low[k, i], y[k])))
+                y[i] = tape.name(f"y{k}_{i}", y[i] - low[k, i] * y[k])
     out: ByJoint = {}
     for k in order:
-        known = (-product(low[k, i], out[i]) for i in order if (k, i) in low)
-        scaled = product(y[k], factor.inverse[k])
-        out[k] = tape.name(f"{letter}{k}", sp.Add(scaled, *known))
+        known = (-low[k, i] * out[i] for i in order if (k, i) in low)
+        out[k] = tape.name(f"{letter}{k}", sp.Add(y[k] * factor.inverse[k], *known))
     return out

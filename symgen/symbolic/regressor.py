@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import sympy as sp
 
@@ -63,7 +64,6 @@ class _Scene:
     qdd: ByJoint
     screw: Mapping[int, Mapping[int, Screw]]
     parameters: Sequence[Parameter]
-    links: frozenset[int]
 
     def torques(
         self,
@@ -72,14 +72,12 @@ class _Scene:
         inputs: Sequence[str],
     ) -> Tape:
         """Return the tape of torques: wrenches of links, rotors at accelerations, and friction."""
-        columns: Columns = []
-        for p in self.parameters:
-            if p.prefix not in names.LINK:
-                columns.append(_rotor(self, p, acceleration))
-            elif p.joint in self.links:
-                columns.append(_projected(self, p, wrench(p), "T"))
-            else:
-                columns.append({})
+        columns = [
+            _projected(self, p, wrench(p), "T")
+            if p.prefix in names.LINK
+            else _rotor(self, p, acceleration)
+            for p in self.parameters
+        ]
         rubbing = friction.friction_torque_columns(self.robot, self.tape)
         return self.close(inputs, [*columns, *(column for _, column in rubbing)])
 
@@ -99,26 +97,28 @@ class _Scene:
 
 
 def _scene(
-    robot: Robot, fixed: bool
+    robot: Robot, fixed: bool = False
 ) -> tuple[_Scene, Mapping[int, LinkState], Mapping[int, LinkState]]:
     tape = builder(robot)
     way = way_of(robot, tape)
-    links = frozenset(j.number for j in robot.bodies if fixed or j.number == 0 or not j.fixed)
     qd = {step.joint.number: step.qd for step in way}
     qdd = spread(robot, variables(robot, "qdd"), tape)
     twist, base = base_velocity(robot, tape), base_acceleration(robot, tape)
     screw, parameters = screws(robot, way, tape), inertial_parameters(robot)
-    scene = _Scene(robot, tape, way, qd, qdd, screw, parameters, links)
+    if not fixed:
+        links = {j.number for j in robot.joints if j.fixed} - {robot.load_link}
+        screw = {**screw, **{link: {} for link in links}}
+    scene = _Scene(robot, tape, way, qd, qdd, screw, parameters)
     return scene, velocities(way, twist, tape), accelerations(way, base, qdd, tape)
 
 
-def torque_tape(robot: Robot, *, fixed: bool = True) -> Tape:
+def torque_tape(robot: Robot, *, fixed: bool = False) -> Tape:
     """Derive the torque regressor, friction included: (n, standard parameters) of q, qd, qdd.
 
     Args:
         robot: the mechanism.
-        fixed: whether to derive the columns of links on fixed joints; otherwise they are zero.
-            No base parameter leads with one of these links.
+        fixed: whether to derive the columns of links on fixed joints. Otherwise they are zero,
+            because no base parameter leads with one of these links.
     """
     scene, _, motion = _scene(robot, fixed)
 
@@ -128,9 +128,13 @@ def torque_tape(robot: Robot, *, fixed: bool = True) -> Tape:
     return scene.torques(wrench, scene.qdd, ("q", "qd", "qdd"))
 
 
-def slotine_li_tape(robot: Robot, *, fixed: bool = True) -> Tape:
+#: The torque regressor of all links.
+standard_torque_tape = partial(torque_tape, fixed=True)
+
+
+def slotine_li_tape(robot: Robot) -> Tape:
     """Derive the columns of M qddr + C(q, qd) qdr + g + friction(qd): (n, standard parameters)."""
-    scene, _, real = _scene(robot, fixed)
+    scene, _, real = _scene(robot)
     tape = scene.tape
     qdr, qddr = (spread(robot, variables(robot, rate), tape) for rate in ("qdr", "qddr"))
     found = references(scene.way, real, base_acceleration(robot, tape), qdr, qddr, tape)
@@ -146,9 +150,12 @@ def slotine_li_tape(robot: Robot, *, fixed: bool = True) -> Tape:
     return scene.torques(wrench, qddr, ("q", "qd", "qdr", "qddr"))
 
 
-def momentum_tape(robot: Robot, *, fixed: bool = True) -> Tape:
-    """Derive the columns of dT/dqd, then those of dL/dq: (n, inertial standard parameters) each."""
-    scene, frame, _ = _scene(robot, fixed)
+def momentum_tape(robot: Robot) -> Tape:
+    """Derive the columns of dT/dqd, then those of dL/dq: (n, inertial standard parameters) each.
+
+    Those of links on fixed joints are zero, except for a link with a load.
+    """
+    scene, frame, _ = _scene(robot)
     # (dw, dV) of link i with q_j, by i and j. In frame j the speed of the joint itself makes no
     # difference: it is along z, through the origin.
     rates = {j: screw_rate(screw, frame[link].twist) for j, (link, screw) in axes(robot).items()}
@@ -158,10 +165,6 @@ def momentum_tape(robot: Robot, *, fixed: bool = True) -> Tape:
     for p in scene.parameters:
         if p.prefix not in names.LINK:
             momentum.append(_rotor(scene, p, scene.qd))
-            slope.append({})
-            continue
-        if p.joint not in scene.links:
-            momentum.append({})
             slope.append({})
             continue
         here = frame[p.joint]
@@ -183,16 +186,14 @@ def _weight(p: Parameter, here: LinkState, screw: Screw) -> sp.Expr:
     return dot(here.g, v) if p.prefix == names.MASS else sp.S.Zero
 
 
-def power_tape(robot: Robot, *, fixed: bool = True) -> Tape:
+def power_tape(robot: Robot) -> Tape:
     """Derive d/dt of the energy columns, then friction power: (1, standard parameters)."""
-    scene, frame, motion = _scene(robot, fixed)
+    scene, frame, motion = _scene(robot)
     tape = scene.tape
     outputs: list[sp.Expr] = []
     drives = {c.second: friction.drive_speed(c, scene.qd, tape) for c in robot.couplings}
     for p in scene.parameters:
-        if p.prefix in names.LINK and p.joint not in scene.links:
-            outputs.append(sp.S.Zero)
-        elif p.prefix in names.LINK:
+        if p.prefix in names.LINK:
             wrench = unit_wrench(p.prefix, motion[p.joint], p.joint, tape)
             outputs.append(tape.name(f"R{p.name}", acting(wrench, frame[p.joint].twist)))
         else:

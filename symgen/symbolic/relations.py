@@ -36,8 +36,7 @@ class _Formulas(TapeBuilder):
         return value
 
     def name(self, _: str, expr: sp.Expr) -> sp.Expr:
-        nested = any(term.has(sp.Add) for term in sp.Add.make_args(expr))
-        return sp.expand(expr) if nested else expr
+        return expr if expr.is_Atom else sp.expand(expr)
 
 
 def structural_relations(robot: Robot) -> list[Relation]:

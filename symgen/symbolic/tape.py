@@ -130,7 +130,7 @@ class Tape:
     def keep(self, indices: Sequence[int]) -> Tape:
         """Return the tape of some of the outputs, without steps that they do not need."""
         outputs = tuple(self.outputs[i] for i in indices)
-        needed = {s for out in outputs for s in symbols_in(out)}
+        needed = set().union(*map(symbols_in, outputs))
         steps = []
         for symbol, expr in reversed(self.steps):
             if symbol in needed:
@@ -179,22 +179,20 @@ class Tape:
         """Count the operations of one evaluation in C."""
         count = {"mul": 0, "add": 0, "div": 0, "other": 0}
         angles = set()
-        parts = [expr for _, expr in self.steps]
-        while parts:
-            part = parts.pop()
-            parts += (x for x in part.args if x.args)
-            if part.is_Add:
-                count["add"] += len(part.args) - 1
-            elif part.is_Mul:
-                count["mul"] += sum(1 for f in part.args if f is not sp.S.NegativeOne) - 1
-            elif part.func in (sp.sin, sp.cos):
-                angles.add(part.args[0])
-            elif part.is_Pow and part.exp == -1:
-                count["div"] += 1
-            elif part.is_Pow:
-                count["mul"] += int(part.exp) - 1
-            elif part.is_Function:
-                count["other"] += 1
+        for _, expr in self.steps:
+            for part in sp.preorder_traversal(expr):
+                if part.is_Add:
+                    count["add"] += len(part.args) - 1
+                elif part.is_Mul:
+                    count["mul"] += sum(1 for f in part.args if f is not sp.S.NegativeOne) - 1
+                elif part.func in (sp.sin, sp.cos):
+                    angles.add(part.args[0])
+                elif part.is_Pow and part.exp == -1:
+                    count["div"] += 1
+                elif part.is_Pow:
+                    count["mul"] += int(part.exp) - 1
+                elif part.is_Function:
+                    count["other"] += 1
         # C contains the argument of sin and cos once for both.
         repeated = len(
             [1 for _, e in self.steps if e.func in (sp.sin, sp.cos) and e.args[0].is_Add]
@@ -261,7 +259,6 @@ class TapeBuilder:
         self._constants: dict[sp.Expr, sp.Symbol] = {}
         self._steps: dict[sp.Expr, sp.Symbol] = {}
         self._sums: dict[frozenset[sp.Expr], sp.Symbol] = {}  # the same steps, by their terms
-        self._terms: set[sp.Expr] = set()  # all terms of the steps
         self._taken = set(reserved)
 
     def symbol(self, name: str) -> sp.Symbol:
@@ -291,17 +288,14 @@ class TapeBuilder:
         if known is not None:
             return known
         parts = sp.Add.make_args(expr)
-        negative = -parts[0]
-        if len(parts) == 1 and negative.is_Symbol:
+        negated = [-part for part in parts]  # SymPy is slow to make this a sum
+        if len(parts) == 1 and negated[0].is_Symbol:
             return expr
-        if negative in self._terms:
-            negated = frozenset(-part for part in parts)  # SymPy is slow to make this a sum
-            opposite = self._sums.get(negated)
-            if opposite is not None:
-                return -opposite
+        opposite = self._sums.get(frozenset(negated))
+        if opposite is not None:
+            return -opposite
         symbol = self.symbol(name)
         self._steps[expr] = self._sums[frozenset(parts)] = symbol
-        self._terms.update(parts)
         return symbol
 
     def entry(self, expr: sp.Expr, letter: str, tag: object, *places: int) -> sp.Expr:
