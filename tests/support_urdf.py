@@ -35,7 +35,7 @@ class Ours:
         self.robot = rigid(imported.robot, free)
         values = dict(imported.parameters)
         self.X = np.array([values.get(p.name, 0.0) for p in standard_parameters(self.robot)])
-        self.tapes = torque_tape(self.robot), frames_tape(self.robot)
+        self.tapes = torque_tape(self.robot, fixed=True), frames_tape(self.robot)
         self.names = [j.name for j in self.robot.movable]
 
     def states(self, samples: int, seed: int = 1) -> dict[str, np.ndarray]:

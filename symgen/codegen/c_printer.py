@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import groupby
 
 import sympy as sp
 
 from symgen.codegen.kernel import LINK, SCALARS, Kernel
 from symgen.errors import SymgenError
-from symgen.symbolic.tape import Steps, Values
+from symgen.symbolic.tape import Steps, Values, symbols_in
 
 DTYPES = ("double", "float")
 _ANGLES = (4, 2, 1)  # numbers of angles for which the package has a combined sincos
@@ -36,6 +37,7 @@ class CFunction:
     needs_sincos: bool = False
 
 
+@lru_cache(maxsize=10_000)
 def literal(value: sp.Expr, dtype: str) -> str:
     """Return a number as the shortest C literal that reads back to the same value."""
     number = float(value.evalf(50))
@@ -96,8 +98,8 @@ class Printer:
         return self.prefix if self.dtype == "double" else None
 
     def function(self) -> CFunction:
-        used = {s for _, e in self.tape.steps for s in e.free_symbols}
-        used |= {s for e in self.tape.outputs for s in e.free_symbols}
+        read = (*(e for _, e in self.tape.steps), *self.tape.outputs)
+        used = set().union(*map(symbols_in, read))
         lines = [
             f"(void){name};" for name, symbols in self.tape.inputs if not used.intersection(symbols)
         ]
@@ -150,7 +152,7 @@ class Printer:
             for i, result in enumerate(results):
                 place = f"{output.name}[{i}]"
                 if result != 0 and self.word.get(result) != place:  # leave out unchanged entries
-                    (symbol,) = result.free_symbols & steps or {None}
+                    (symbol,) = symbols_in(result) & steps or {None}
                     line = self.stored(place, result)
                     at.setdefault(symbol, []).append(line)
         return at
@@ -175,19 +177,20 @@ class Printer:
         depend on the cosine of another angle use libm.
         """
         known = {s: (name, i) for name, group in self.tape.inputs for i, s in enumerate(group)}
-        depends: dict[sp.Symbol, bool] = {}
+        dependent: set[sp.Symbol] = set()
         wanted: list[sp.Expr] = []
         for symbol, expr in self.tape.steps:
             on_angle = expr.func in (sp.sin, sp.cos)
-            depends[symbol] = on_angle or any(depends.get(s, False) for s in expr.free_symbols)
-            free = not any(depends.get(s, False) for s in expr.free_symbols)
+            free = dependent.isdisjoint(symbols_in(expr))
+            if on_angle or not free:
+                dependent.add(symbol)
             if on_angle and free and expr.args[0] not in wanted:
                 wanted.append(expr.args[0])
-        needed = {s for angle in wanted for s in angle.free_symbols}
+        needed = {s for angle in wanted for s in symbols_in(angle)}
         first = []
         for symbol, expr in reversed(self.tape.steps):
             if symbol in needed:
-                needed |= expr.free_symbols
+                needed |= symbols_in(expr)
                 first.append((symbol, expr))
         lines: list[str] = []
         plain = sorted((a for a in wanted if a in known), key=lambda a: known[a])
@@ -220,8 +223,9 @@ class Printer:
             at += count
 
     def expression(self, expr: sp.Expr) -> str:
-        if expr in self.word:
-            return self.word[expr]
+        word = self.word.get(expr)
+        if word is not None:
+            return word
         if expr.is_number:
             return literal(expr, self.dtype)
         if expr.is_Pow and expr.exp == -1:

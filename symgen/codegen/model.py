@@ -86,13 +86,18 @@ class Model:
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Suspend Python's search for garbage cycles: expressions are many and contain none."""
+    """Suspend Python's search for garbage cycles: expressions are many and contain none.
+
+    At the end, all objects pass to the oldest generation. Otherwise the search would begin at once.
+    """
     collecting = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if collecting:
+            gc.freeze()
+            gc.unfreeze()
             gc.enable()
 
 

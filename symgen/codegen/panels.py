@@ -15,7 +15,7 @@ import sympy as sp
 
 from symgen.codegen.c_printer import Printer
 from symgen.codegen.kernel import Kernel
-from symgen.symbolic.tape import Steps, Values
+from symgen.symbolic.tape import Steps, Values, symbols_in
 
 #: Largest number of output entries of a sample, and of steps. Larger panels need much stack, and
 #: compile slowly.
@@ -62,13 +62,13 @@ class _PanelPrinter(Printer):
         """The symbols whose values depend on the sample."""
         out = {s for _, symbols in self.tape.inputs for s in symbols}
         for symbol, expr in self.tape.steps:
-            if expr.free_symbols & out:
+            if symbols_in(expr) & out:
                 out.add(symbol)
         return out
 
     def of_sample(self, expr: sp.Expr) -> bool:
         """Return whether a value depends on the sample."""
-        return bool(sp.sympify(expr).free_symbols & self.sampled)
+        return bool(symbols_in(expr) & self.sampled)
 
     def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
         kind = self.value if symbol in self.sampled else self.dtype

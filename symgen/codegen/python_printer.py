@@ -13,7 +13,7 @@ import sympy as sp
 from symgen.codegen.c_printer import Printer, literal
 from symgen.codegen.kernel import LINK, SCALARS, Kernel
 from symgen.robot.types import Robot
-from symgen.symbolic.tape import Steps
+from symgen.symbolic.tape import Steps, symbols_in
 
 _WIDTH = 88
 #: Largest number of steps between two cuts.
@@ -107,7 +107,7 @@ class PythonPrinter(Printer):
         """
         last: dict[sp.Symbol, int] = {}
         for at, expr in enumerate([*(expr for _, expr in steps), *self.tape.outputs]):
-            last |= dict.fromkeys(expr.free_symbols, at)
+            last |= dict.fromkeys(symbols_in(expr), at)
         cuts: dict[int, list[sp.Symbol]] = {}
         begin = 0
         while len(steps) - begin > _LONGEST:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
+from decimal import Context, Decimal, localcontext
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.kernel import LINK, Kernel
@@ -15,6 +17,7 @@ from symgen.codegen.model import Model, regrouping
 from symgen.codegen.panels import LARGEST
 from symgen.robot.body import Body
 from symgen.robot.types import Robot
+from symgen.symbolic.energy import stacked
 from symgen.symbolic.tape import Numbers
 
 DIGITS = 50
@@ -45,11 +48,12 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
             }
             for point in range(_points(kernel))
         ]
-        expected = [evaluate(kernel, model, point, DIGITS) for point in points]
+        expected = evaluate(kernel, model, points, DIGITS)
         at[kernel.name] = points
         # Values below these digits are zero. The check is relative to the largest value.
-        rows = [[mpmath.chop(v, 10.0**-DIGITS) for v in row] for row in expected]
-        written[kernel.name] = [[str(mpmath.nstr(v, _WRITTEN)) for v in row] for row in rows]
+        rows = [[v if abs(v) >= 10.0**-DIGITS else 0 for v in row] for row in expected]
+        exact = [[mpmath.mpf(str(v), dps=DIGITS) for v in row] for row in rows]
+        written[kernel.name] = [[str(mpmath.nstr(v, _WRITTEN)) for v in row] for row in exact]
     return {"points": at, "expected": written}
 
 
@@ -117,33 +121,38 @@ def _solid(number: int, draw: random.Random) -> Body:
 
 
 def evaluate(
-    kernel: Kernel, model: Model, point: Mapping[str, Sequence[float]], digits: int
-) -> list[Any]:
-    """Evaluate a kernel with many digits (mpmath).
+    kernel: Kernel, model: Model, points: Sequence[Mapping[str, Sequence[float]]], digits: int
+) -> NDArray[Any]:
+    """Evaluate a kernel at some points with many digits.
 
     Returns:
-        One mpmath number for each entry of the outputs, without guards.
+        Decimal numbers, (points, size): the entries of the outputs, without guards.
     """
-    arithmetic, number = _arithmetic(model.robot, digits)
-    inputs = {name: [number(repr(v)) for v in values] for name, values in point.items()}
+    inputs = {}
     for name, symbols in kernel.tape.inputs:
-        if name == LINK:
-            inputs[name] = [
-                number(str(int(i == point[name][0]))) for i, _ in enumerate(symbols, kernel.first)
-            ]
-    return kernel.tape.run(arithmetic, inputs)[: kernel.size]
+        links = range(kernel.first, kernel.first + len(symbols))
+        rows = [
+            [int(link == point[name][0]) for link in links] if name == LINK else point[name]
+            for point in points
+        ]
+        inputs[name] = list(np.array([[Decimal(repr(x)) for x in row] for row in rows]).T)
+    with localcontext(Context(prec=digits + 10)):
+        values = kernel.tape.run(_arithmetic(model.robot, digits), inputs)
+    return stacked(values[: kernel.size], len(points))
 
 
 @lru_cache(maxsize=4)
-def _arithmetic(robot: Robot, digits: int) -> tuple[Numbers, Callable[[str], Any]]:
-    """Return arithmetic with many digits, and its number type. It caches the constants of the
-    robot.
-    """
+def _arithmetic(robot: Robot, digits: int) -> Numbers:
+    """Return arithmetic of arrays with many digits. It caches the constants of the robot."""
     import mpmath
 
     context = mpmath.mp.clone()
     context.dps = digits + 10
-    functions = {f: getattr(context, f) for f in ("sin", "cos", "tanh", "exp", "log", "sign")}
+
+    def on_arrays(name: str) -> Any:
+        function = getattr(context, name)
+        return np.frompyfunc(lambda x: Decimal(str(function(x))), 1, 1)
+
+    functions = {f: on_arrays(f) for f in ("sin", "cos", "tanh", "exp", "log", "sign")}
     functions["abs"] = abs
-    number = context.mpf
-    return Numbers(robot.values(), functions, lambda e: number(str(e)), digits + 10), number
+    return Numbers(robot.values(), functions, lambda e: Decimal(str(e)), digits + 10)

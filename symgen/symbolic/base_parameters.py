@@ -350,9 +350,13 @@ class _Columns:
         """Keep the first independent columns: links from the base to the tips, then offsets.
 
         If an offset OF_j depends on the energies (weight along a prismatic axis), it joins the
-        link: M4R = M4 + OF4/g, IA4R = IA4 - OF4/g.
+        link: M4R = M4 + OF4/g, IA4R = IA4 - OF4/g. A link on a fixed joint takes no part: its
+        columns are combinations of those of its antecedent.
         """
-        results = [(s.field, *reduce_rows(s.matrix, s.field.p)) for s in samples]
+        fixed = {joint.number for joint in self.columns.robot.joints if joint.fixed}
+        part = np.array([p.joint not in fixed for p in self.columns.parameters])
+        rows = part.sum() + _MARGIN
+        results = [(s.field, *reduce_rows(s.matrix[:rows] * part, s.field.p)) for s in samples]
         pivots = max((tuple(pivots) for _, pivots, _ in results), key=len)
         if any(tuple(p) != pivots for _, p, _ in results):
             raise SymgenError("the exact rank differs between primes: an unlucky draw")

@@ -7,6 +7,7 @@ exactly whether it is zero, without simplification or rounding.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import sympy as sp
@@ -110,6 +111,7 @@ def _require_small(a: sp.Expr, b: sp.Expr) -> None:
         raise NeedsValuesError("a regrouping formula is too large in named lengths and angles")
 
 
+@lru_cache(maxsize=10_000)  # both sides of a robot, and its nominal geometry, have equal ones
 def readable_form(expr: sp.Expr) -> sp.Expr:
     """Return a coefficient as a person would write it.
 

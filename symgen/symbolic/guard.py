@@ -41,7 +41,7 @@ def require_floats_agree(
     relations = np.zeros((len(rows), len(parameters)))
     for k, row in enumerate(rows.values()):
         for name, c in row.items():
-            relations[k, place[name]] = float(c.value.subs(values).evalf(30))
+            relations[k, place[name]] = float(c.value.subs(values))
     size = np.abs(W).max(axis=0, initial=0.0)
     least = max(1.0, float(size.max(initial=0.0)))
     scale = np.maximum(least, (np.abs(relations) * size).max(axis=1, initial=0.0))

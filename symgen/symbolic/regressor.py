@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import sympy as sp
 
@@ -95,25 +96,40 @@ class _Scene:
         return self.tape.tape(arrays(self.robot, *inputs), rows)
 
 
-def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, LinkState], Mapping[int, LinkState]]:
+def _scene(
+    robot: Robot, fixed: bool = False
+) -> tuple[_Scene, Mapping[int, LinkState], Mapping[int, LinkState]]:
     tape = builder(robot)
     way = way_of(robot, tape)
     qd = {step.joint.number: step.qd for step in way}
     qdd = spread(robot, variables(robot, "qdd"), tape)
     twist, base = base_velocity(robot, tape), base_acceleration(robot, tape)
     screw, parameters = screws(robot, way, tape), inertial_parameters(robot)
+    if not fixed:
+        links = {j.number for j in robot.joints if j.fixed} - {robot.load_link}
+        screw = {**screw, **{link: {} for link in links}}
     scene = _Scene(robot, tape, way, qd, qdd, screw, parameters)
     return scene, velocities(way, twist, tape), accelerations(way, base, qdd, tape)
 
 
-def torque_tape(robot: Robot) -> Tape:
-    """Derive the torque regressor, friction included: (n, standard parameters) of q, qd, qdd."""
-    scene, _, motion = _scene(robot)
+def torque_tape(robot: Robot, *, fixed: bool = False) -> Tape:
+    """Derive the torque regressor, friction included: (n, standard parameters) of q, qd, qdd.
+
+    Args:
+        robot: the mechanism.
+        fixed: whether to derive the columns of links on fixed joints. Otherwise they are zero,
+            because no base parameter leads with one of these links.
+    """
+    scene, _, motion = _scene(robot, fixed)
 
     def wrench(p: Parameter) -> Screw:
         return unit_wrench(p.prefix, motion[p.joint], p.joint, scene.tape)
 
     return scene.torques(wrench, scene.qdd, ("q", "qd", "qdd"))
+
+
+#: The torque regressor of all links.
+standard_torque_tape = partial(torque_tape, fixed=True)
 
 
 def slotine_li_tape(robot: Robot) -> Tape:
@@ -135,7 +151,10 @@ def slotine_li_tape(robot: Robot) -> Tape:
 
 
 def momentum_tape(robot: Robot) -> Tape:
-    """Derive the columns of dT/dqd, then those of dL/dq: (n, inertial standard parameters) each."""
+    """Derive the columns of dT/dqd, then those of dL/dq: (n, inertial standard parameters) each.
+
+    Those of links on fixed joints are zero, except for a link with a load.
+    """
     scene, frame, _ = _scene(robot)
     # (dw, dV) of link i with q_j, by i and j. In frame j the speed of the joint itself makes no
     # difference: it is along z, through the origin.

@@ -83,10 +83,10 @@ def _joined(
     """Return start + head + sum of c times the regrouped parameters, for each base parameter."""
     out = []
     for p in base.parameters:
-        value = start.get(p.name, sp.S.Zero) + standard.get(p.head, sp.S.Zero)
+        terms = [start.get(p.name, sp.S.Zero), standard.get(p.head, sp.S.Zero)]
         for coefficient, name in p.terms:
             if name in standard:
                 number = tape.constant(f"c{p.name}_{name}", coefficient)
-                value += number * standard[name]
-        out.append(tape.name(f"N{p.name}", value))
+                terms.append(number * standard[name])
+        out.append(tape.name(f"N{p.name}", sp.Add(*terms)))
     return out

@@ -36,7 +36,7 @@ class _Formulas(TapeBuilder):
         return value
 
     def name(self, _: str, expr: sp.Expr) -> sp.Expr:
-        return sp.expand(expr)
+        return expr if expr.is_Atom else sp.expand(expr)
 
 
 def structural_relations(robot: Robot) -> list[Relation]:

@@ -58,20 +58,24 @@ def axis(sigma: int) -> Screw:
     return Z if sigma == names.REVOLUTE else ZERO, Z if sigma == names.PRISMATIC else ZERO
 
 
+def product(x: sp.Expr, y: sp.Expr) -> sp.Expr:
+    """Return x y."""
+    # Skipping zeros takes half the time: many entries are zero, and SymPy is slow with them too.
+    return sp.S.Zero if x is sp.S.Zero or y is sp.S.Zero else sp.Mul(x, y)
+
+
 def dot(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
     """Return a . b."""
-    # Skipping zeros takes half the time: many entries are zero, and SymPy is slow with them too.
-    pairs = zip(a, b, strict=True)
-    return sp.Add(*(x * y for x, y in pairs if x is not sp.S.Zero and y is not sp.S.Zero))
+    return sp.Add(*map(product, a, b))
 
 
 def cross(a: Vector, b: Vector) -> Vector:
     """Return a x b."""
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
+
+    def entry(i: int, k: int) -> sp.Expr:
+        return sp.Add(product(a[i], b[k]), -product(a[k], b[i]))
+
+    return entry(1, 2), entry(2, 0), entry(0, 1)
 
 
 def plus(*vectors: Vector) -> Vector:
@@ -81,7 +85,7 @@ def plus(*vectors: Vector) -> Vector:
 
 def scaled(factor: sp.Expr, a: Sequence[sp.Expr]) -> Vector:
     """Return factor times a."""
-    return tuple(factor * x for x in a)
+    return tuple(product(factor, x) for x in a)
 
 
 def matvec(a: Matrix, b: Vector) -> Vector:

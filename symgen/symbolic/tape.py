@@ -11,7 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial, reduce
+from functools import cache, cached_property, lru_cache, partial, reduce
 from typing import Any
 
 import numpy as np
@@ -27,9 +27,18 @@ Steps = tuple[tuple[sp.Symbol, sp.Expr], ...]
 Values = Mapping[sp.Symbol, sp.Expr]
 
 
+@lru_cache(maxsize=100_000)
 def real_symbol(name: str) -> sp.Symbol:
     """Return the symbol of a name. All symbols of a tape and of robot files are real."""
     return sp.Symbol(name, real=True)
+
+
+@lru_cache(maxsize=100_000)  # SymPy walks the expression at every request
+def symbols_in(expr: sp.Expr) -> frozenset[sp.Symbol]:
+    """Return the symbols of an expression."""
+    if expr.is_Symbol:
+        return frozenset((expr,))
+    return frozenset().union(*map(symbols_in, expr.args))
 
 
 class Arithmetic(ABC):
@@ -121,12 +130,12 @@ class Tape:
     def keep(self, indices: Sequence[int]) -> Tape:
         """Return the tape of some of the outputs, without steps that they do not need."""
         outputs = tuple(self.outputs[i] for i in indices)
-        needed = {s for out in outputs for s in out.free_symbols}
+        needed = set().union(*map(symbols_in, outputs))
         steps = []
         for symbol, expr in reversed(self.steps):
             if symbol in needed:
                 steps.append((symbol, expr))
-                needed |= expr.free_symbols
+                needed |= symbols_in(expr)
         constants = tuple((s, e) for s, e in self.constants if s in needed)
         return Tape(self.inputs, constants, tuple(reversed(steps)), outputs)
 
@@ -207,7 +216,7 @@ def terms(expr: sp.Expr, order: Mapping[sp.Symbol, int]) -> list[tuple[bool, lis
     def key(expr: sp.Expr) -> tuple[int, ...]:
         if expr.is_Symbol:
             return (order[expr],)
-        return tuple(sorted(order[s] for s in expr.free_symbols))
+        return tuple(sorted(order[s] for s in symbols_in(expr)))
 
     out = []
     for term in sp.Add.make_args(expr):
@@ -303,7 +312,7 @@ class TapeBuilder:
             tuple((s, e) for e, s in self._steps.items()),
             tuple(outputs),
         ).keep(range(len(outputs)))
-        read = {s for e in (*tape.outputs, *(e for _, e in tape.steps)) for s in e.free_symbols}
+        read = {s for e in (*tape.outputs, *(e for _, e in tape.steps)) for s in symbols_in(e)}
         last = (
             group for group in self._last if any(read.intersection(symbols) for _, symbols in group)
         )
@@ -334,7 +343,7 @@ class Numbers(Arithmetic):
     def constant(self, value: sp.Expr) -> Any:
         known = self._known.get(value)
         if known is None:
-            exact = value.subs(self.values) if value.free_symbols else value
+            exact = value.subs(self.values) if symbols_in(value) else value
             known = self._known[value] = self.number(exact.evalf(self.digits))
         return known
 

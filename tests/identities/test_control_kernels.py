@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping
 from dataclasses import replace
+from decimal import Decimal
 
 import mpmath
 import numpy as np
@@ -29,10 +30,8 @@ def slopes(
         for sign in (1, -1):
             moved = {name: list(values) for name, values in point.items()}
             moved[by][k] = Shifted(moved[by][k], sign)
-            ends.append(evaluate(made, model, moved, 50))
-        columns.append(
-            [float((a - b) / (2 * mpmath.mpf("1e-18"))) for a, b in zip(*ends, strict=True)]
-        )
+            ends += list(evaluate(made, model, [moved], 50))
+        columns.append([float((a - b) / Decimal("2e-18")) for a, b in zip(*ends, strict=True)])
     return np.array(columns).T
 
 
