@@ -145,6 +145,21 @@ def test_mujoco_moves_an_exported_floating_base_as_the_estimate(tmp_path: Path) 
         np.testing.assert_allclose(found, want, rtol=0, atol=1e-9 * np.abs(want).max())
 
 
+def test_an_export_is_compared_with_a_log(tmp_path: Path, command) -> None:
+    path, t = mjcf(tmp_path), np.linspace(0.0, 4.0, 401)
+    robot = read_imported(path, "floating").robot
+    identified(tmp_path / "id", read_imported(path, "floating"))
+    q, tau = (np.sin(np.outer(t, np.arange(1, 5)) + phase) for phase in (0.0, 1.0))
+    imu = np.concatenate([0 * q[:, :2], 9.81 + 0 * q[:, :1], q[:, :3]], axis=1)
+    np.savez(tmp_path / "a.npz", t=t, q=q, tau=tau, imu=imu)
+    to = tmp_path / "new.xml"
+    words = ("export", tmp_path / "id", "--from", path, "--to", to, "--log", tmp_path / "a.npz")
+    code, out, err = command(*words)
+    assert code == 0, err
+    assert "torque error on " in out
+    assert read_imported(to, "floating").robot.joints == robot.joints
+
+
 def test_pinocchio_moves_an_exported_floating_base_as_the_estimate(tmp_path: Path) -> None:
     pin = pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
     path = tmp_path / "r.urdf"
