@@ -59,20 +59,17 @@ CARRIED = 0.3  # part of the weight
 
 
 def welded(text: str) -> str:
-    """Return a URDF in which only some joints move."""
+    """Return a URDF in which only some joints move, without limits."""
     root = ET.fromstring(text.encode())
     for joint in root.findall("joint"):
-        if joint.get("name") not in MOVING:
-            joint.set("type", "fixed")
+        moves = joint.get("name") in MOVING
+        joint.set("type", "continuous" if moves else "fixed")
     return ET.tostring(root, "unicode")
 
 
 def plant(urdf: str) -> mujoco.MjModel:
-    """Return a URDF in MuJoCo with a free base, an IMU and a floor, without limits of joints."""
-    bare = ET.fromstring(urdf)
-    for joint in bare.iterfind("joint/limit/.."):
-        joint.remove(joint.find("limit"))
-    spec = mujoco.MjSpec.from_string(ET.tostring(bare, "unicode"))
+    """Return a URDF in MuJoCo with a free base, an IMU, feet and a floor."""
+    spec = mujoco.MjSpec.from_string(urdf)
     spec.compiler.fusestatic = False
     spec.option.timestep, spec.option.iterations = STEP, 100
     spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 20
@@ -100,7 +97,7 @@ def waves(draw: np.random.Generator, size: np.ndarray, fastest: float):
 
 
 class Steps:
-    """Wanted motion of joints and pelvis: it sways, and lifts and swings one leg after the other."""
+    """Wanted motion of joints and pelvis: it sways, and swings one leg after the other."""
 
     def __init__(self, seed: int, names: list[str]) -> None:
         draw = np.random.default_rng(1000 + seed)
