@@ -53,9 +53,9 @@ GAIN, DAMPING = 200.0, 5.0
 CROUCH, LIFT = 0.35, 0.5  # rad, of hip and ankle; the knee bends twice as much
 PERIOD, UP = 4.0, 0.4  # s; part of it in which a foot is up
 MOMENT = 0.03  # N m, noise of the sensors of wrenches
-#: Gantry: N/m and N s/m, N m/rad and N m s/rad.
+#: Springs of the gantry: N/m and N s/m, N m/rad and N m s/rad.
 ROPES = ((3000.0, 300.0), (300.0, 20.0))
-CARRIED = 0.3  # part of the weight
+SHARE = 0.3  # of the weight, before the springs of the gantry
 
 
 def welded(text: str) -> str:
@@ -152,7 +152,7 @@ def step(m: mujoco.MjModel, seed: int, seconds: float) -> dict[str, np.ndarray]:
         place = min(t, 1.0) * steps.pelvis(t)
         (kx, dx), (kr, dr) = ROPES
         force = kx * (place[:3] + [0, 0, height] - d.qpos[:3]) - dx * d.qvel[:3]
-        force[2] += CARRIED * weight
+        force[2] += SHARE * weight
         mujoco.mju_quat2Vel(turn, d.qpos[3:7], 1.0)
         axes = d.xmat[base].reshape(3, 3)
         moment = kr * (place[3:] - turn) - dr * axes @ d.qvel[3:6]
@@ -169,10 +169,10 @@ def step(m: mujoco.MjModel, seed: int, seconds: float) -> dict[str, np.ndarray]:
     t, q, qd, tau, imu, wrenches, z = np.split(np.array(rows), np.cumsum(sizes), axis=1)
     wrenches = wrenches.reshape(-1, 3, 6)
     down = np.abs(wrenches[:, 1:]).max(axis=2) > 1e-6
-    carried = wrenches[:, 0, 2].mean() / weight
+    share = wrenches[:, 0, 2].mean() / weight
     print(
         f"  height {z.min():.3f} to {z.max():.3f} m, feet down {down.mean(axis=0)}, the gantry "
-        f"carries {carried:.2f} of the weight", flush=True,
+        f"carries {share:.2f} of the weight", flush=True,
     )  # fmt: skip
     down = binary_dilation(down, np.ones((2 * BOUNCE + 1, 1)))
     return {"t": t[:, 0], "q": q, "qd": qd, "tau": tau, "imu": imu, "wrenches": wrenches,
