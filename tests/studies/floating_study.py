@@ -39,6 +39,8 @@ STEP, EVERY = 0.0005, 4  # s of a simulation, and its steps from sample to sampl
 PERIOD, DUTY, LIFT, HEIGHT = 1.2, 0.68, 0.05, 0.27  # s; part on the ground; m
 GAIN, DAMPING = 120.0, 3.0
 COULOMB, VISCOUS, ARMATURE = 0.2, 0.1, 0.01
+#: Dry friction in MuJoCo as files of symgen have it: by default it is soft, and does not stick.
+SOLREF, SOLIMP = (0.004, 1), (0.99, 0.99, 0.001)
 ENCODER, SPEED, TORQUE, FORCE = 1e-5, 2e-3, 0.05, 0.3
 BOUNCE = 10  # samples
 IMU, OFFSETS, LATE = (0.02, 0.002), (0.05, 0.005), 0.0005
@@ -120,7 +122,8 @@ class Quadruped:
             axis = _row(_AXES[model.joints[number].shortname()[-1]])
             joint = (
                 f'<joint name="{name}" axis="{axis}" armature="{ARMATURE}" damping="{VISCOUS}" '
-                f'frictionloss="{COULOMB}"/>'
+                f'frictionloss="{COULOMB}" solreffriction="{_row(SOLREF)}" '
+                f'solimpfriction="{_row(SOLIMP)}"/>'
             )
         feet = "".join(
             f'<geom name="{leg}" type="sphere" size="0.001" pos="{_row(place.translation)}" '

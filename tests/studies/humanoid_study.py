@@ -25,6 +25,8 @@ from floating_study import (
     EVERY,
     FORCE,
     IMU,
+    SOLIMP,
+    SOLREF,
     SPEED,
     STEP,
     TORQUE,
@@ -86,6 +88,7 @@ def plant(urdf: str) -> mujoco.MjModel:
             spec.body(name).add_geom(size=[0.005, 0, 0], pos=[x, y, -0.03], mass=0)
     model = spec.compile()
     model.dof_armature[6:] = ARMATURE
+    model.dof_solref[6:], model.dof_solimp[6:, :3] = SOLREF, SOLIMP
     return model
 
 
