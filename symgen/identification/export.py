@@ -459,7 +459,7 @@ def beyond_limits(
     Raises:
         LogError: symgen cannot read the log.
     """
-    file = read_robot(path)
+    file = read_imported(path, None if robot is None else robot.base).robot
     robot = robot or file
     samples, _ = open_samples(log, robot, reading)
     torques = (file.limits and not samples.drive_unit and file.limits.torque) or ()

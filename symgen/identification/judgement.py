@@ -157,9 +157,10 @@ def parameters_use(
     if against is not None and not hidden:
         prefix = "" if settled.physical.possible is None else "not physically possible: "
         reasons.append(replace(against, text=f"{prefix}{against.text}"))
-    still = f" ({', '.join(lift)} never lift: log a motion in which they do)" if lift else ""
+    verbs = ("lifts", "it does") if len(lift) == 1 else ("lift", "they do")
+    still = f" ({', '.join(lift)} never {verbs[0]}: log a motion in which {verbs[1]})"
     for kind, some, what in (
-        ("not_determined", hidden, f"{OPEN}{still}"),
+        ("not_determined", hidden, f"{OPEN}{still if lift else ''}"),
         ("weak", weak, f"{len(weak)} of {count} are weak (std above {KNOWN:g} %)"),
         ("at_bound", bound, f"{len(bound)} of {count} are at a bound of possible robots"),
     ):

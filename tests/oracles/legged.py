@@ -15,7 +15,7 @@ import numpy as np
 from oracles.free_flyer import FreeFlyer
 from oracles.random_arms import random_parameters
 from oracles.shaken import turned, waves
-from oracles.transforms import Arm
+from oracles.transforms import Arm, world_transforms
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 #: Half the distances of the hips, and length of the legs, m.
@@ -177,6 +177,13 @@ def with_derivatives(of: Callable[[np.ndarray], np.ndarray], t: np.ndarray) -> n
     return np.array([near[2], rate, np.tensordot(_SECOND, near, 1) / _NEAR**2])
 
 
+def reaching(leg: np.ndarray) -> list[np.ndarray]:
+    """Positions of the first three joints of a leg; its end from the hip, in base axes, (N, 3)."""
+    length = np.linalg.norm(leg, axis=1)
+    x, y, z = leg.T / length
+    return [np.arctan2(z, y), np.arccos(-x), length]
+
+
 #: Hips of four legs with a prismatic joint, whose feet are the origins of their last links.
 HIPS = np.array([(x * LONG, y * WIDE, 0.0) for x in (1, -1) for y in (1, -1)])
 #: Times at which a foot lifts and comes down, as parts of a period of s.
@@ -201,10 +208,56 @@ def crawl(seed: int, seconds: float, *, lifts: bool = True) -> tuple[Motion, np.
             step = np.outer(height, [0.12 * (-1) ** k, 0.08, 0.15])
             foot = hip - [0, 0, LEG] + step - place[0]
             leg = np.einsum("tji,tj->ti", rotation, foot) - hip
-            length = np.linalg.norm(leg, axis=1)
-            x, y, z = leg.T / length
-            out += [np.arctan2(z, y), np.arccos(-x), length]
+            out += reaching(leg)
         return np.array(out).T
+
+    t = times(seconds)
+    parts = swung(t)
+    motion = Motion(t, *base_waves(t, seed, 0.6), with_derivatives(positions, t))
+    return motion, (parts <= 0) | (parts >= 1)
+
+
+#: Axes of a foot on the ground, for which the last joints of a leg of six are at 0, pi/2 and 0.
+FLAT = world_transforms(table(1, 6), [-np.pi / 2, np.pi / 2, LEG, 0, np.pi / 2, 0])[5, :3, :3]
+
+
+def stride(seed: int, seconds: float, lifts: tuple[bool, bool]) -> tuple[Motion, np.ndarray]:
+    """A robot with two legs of six joints, whose feet lift and turn, and which are flat, (N, 2).
+
+    The last three axes of a leg meet in the origin of its foot.
+
+    Args:
+        seed: of the motion.
+        seconds: its time.
+        lifts: which feet ever lift.
+    """
+    arm, up, down = table(2, 6), 0.03, 0.45
+
+    def swung(t: np.ndarray) -> np.ndarray:
+        """Part of the swing of each foot, 0 or 1 on the ground."""
+        phase = (t[:, None] / PERIOD - np.arange(2) / 2) % 1.0
+        return np.array(lifts) * np.clip((phase - up) / (down - up), 0, 1)
+
+    def positions(t: np.ndarray) -> np.ndarray:
+        """Positions of the joints whose feet are where and as they should be."""
+        place, angles = base_waves(t, seed, 0.6)
+        to_base = Motion(t, place, angles, place).rotation.swapaxes(1, 2)
+        parts, draw = swung(t), np.random.default_rng(seed + 50)
+        q, still = np.zeros((len(t), 12)), np.zeros((3, len(t), 3))
+        for k, hip in enumerate(HIPS[:2]):
+            first = 6 * k
+            height = (4 * parts[:, k] * (1 - parts[:, k])) ** 3
+            moved = waves(t, np.repeat([0.15, 0.8], 3), 1.5, draw)[0] * height[:, None]
+            foot = hip - [0, 0, LEG] + moved[:, :3] - place[0]
+            leg = np.einsum("tij,tj->ti", to_base, foot) - hip
+            q[:, first : first + 3] = np.transpose(reaching(leg))
+            shin = world_transforms(arm, q)[:, first + 2, :3, :3]
+            turns = Motion(t, still, still + moved[:, 3:], still).rotation
+            R = shin.swapaxes(1, 2) @ to_base @ turns @ FLAT
+            q[:, first + 3] = np.arctan2(R[:, 2, 2], R[:, 0, 2])
+            q[:, first + 4] = np.arccos(R[:, 1, 2])
+            q[:, first + 5] = np.arctan2(R[:, 1, 1], -R[:, 1, 0])
+        return q
 
     t = times(seconds)
     parts = swung(t)

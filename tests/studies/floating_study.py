@@ -39,25 +39,27 @@ STEP, EVERY = 0.0005, 4  # s of a simulation, and its steps from sample to sampl
 PERIOD, DUTY, LIFT, HEIGHT = 1.2, 0.68, 0.05, 0.27  # s; part on the ground; m
 GAIN, DAMPING = 120.0, 3.0
 COULOMB, VISCOUS, ARMATURE = 0.2, 0.1, 0.01
+#: Dry friction in MuJoCo as files of symgen have it: by default it is soft, and does not stick.
+SOLREF, SOLIMP = (0.004, 1), (0.99, 0.99, 0.001)
 ENCODER, SPEED, TORQUE, FORCE = 1e-5, 2e-3, 0.05, 0.3
 BOUNCE = 10  # samples
 IMU, OFFSETS, LATE = (0.02, 0.002), (0.05, 0.005), 0.0005
 
 
-def go1() -> Path:
-    """Return the URDF of the quadruped."""
-    files = [path for path in shipped() if path.name == "go1.urdf"]
-    if not files:
+def urdf_of(name: str) -> str:
+    """Return a URDF of example-robot-data."""
+    texts = [path.read_text() for path in shipped() if path.stem == name]
+    if not texts:
         sys.exit("example-robot-data is not installed")
-    return files[0]
+    return texts[0]
 
 
-def changed(seed: int) -> str:
-    """Return the URDF with masses 10 to 30 % off, and with the friction of this study.
+def changed(text: str, seed: int) -> str:
+    """Return a URDF with masses 10 to 30 % off, and with the friction of this study.
 
     All links that a joint moves together have one factor.
     """
-    root = ET.parse(go1()).getroot()
+    root = ET.fromstring(text.encode())
     draw = np.random.default_rng(seed)
     behind = {j.find("child").get("link"): j for j in root.findall("joint")}
     factors: dict[str, float] = {}
@@ -73,9 +75,13 @@ def changed(seed: int) -> str:
         for tag in ("visual", "collision"):
             for shape in link.findall(tag):
                 link.remove(shape)
-    for dynamics in root.iterfind("joint/dynamics"):
-        dynamics.set("damping", repr(VISCOUS))
-        dynamics.set("friction", repr(COULOMB))
+    for joint in behind.values():
+        if joint.get("type") != "fixed":
+            dynamics = joint.find("dynamics")
+            if dynamics is None:
+                dynamics = ET.SubElement(joint, "dynamics")
+            dynamics.set("damping", repr(VISCOUS))
+            dynamics.set("friction", repr(COULOMB))
     return ET.tostring(root, "unicode")
 
 
@@ -84,7 +90,7 @@ class Quadruped:
 
     def __init__(self, seed: int) -> None:
         pin = load_pinocchio()
-        self.urdf = changed(seed)
+        self.urdf = changed(urdf_of("go1"), seed)
         self.model = pin.buildModelFromXML(self.urdf, pin.JointModelFreeFlyer())
         self.feet = []
         for leg in LEGS:
@@ -116,7 +122,8 @@ class Quadruped:
             axis = _row(_AXES[model.joints[number].shortname()[-1]])
             joint = (
                 f'<joint name="{name}" axis="{axis}" armature="{ARMATURE}" damping="{VISCOUS}" '
-                f'frictionloss="{COULOMB}"/>'
+                f'frictionloss="{COULOMB}" solreffriction="{_row(SOLREF)}" '
+                f'solimpfriction="{_row(SOLIMP)}"/>'
             )
         feet = "".join(
             f'<geom name="{leg}" type="sphere" size="0.001" pos="{_row(place.translation)}" '
@@ -284,16 +291,22 @@ def study(seed: int, hidden: bool, offsets: bool, seconds: float) -> tuple[float
     for k in range(2):
         clean = trot(quadruped, 2 * seed + k, seconds)
         logs.append(log_of(f"log{k}", clean, robot, hidden, offsets, 2 * seed + k))
+    return judged(seed, robot, dict(imported.parameters), quadruped.mass, logs)
+
+
+def judged(
+    seed: int, robot: symgen.Robot, given: dict[str, float], mass: float, logs: list[symgen.Log]
+) -> tuple[float, ...]:
+    """Print and return how an estimate of the first log compares with the true parameters."""
     estimate = symgen.identify(robot, logs[0], validation=logs[1])
     model = symgen.derive(robot, ("inverse_dynamics", "torque_regressor"))
-    given = dict(imported.parameters)
     given |= {p.name: ARMATURE for p in model.base.standard if p.prefix == "IA"}
-    X = base_values(given, model, "go1.urdf")
+    X = base_values(given, model, "the URDF")
     found = np.array([p.value for p in estimate.parameters])
     off = np.array([abs(p.value - x) / p.std for p, x in zip(estimate.parameters, X, strict=True)])
     errors = torque_errors(robot, logs[1], [X, found], estimate.band)
-    mass = next(p.value for p in estimate.parameters if p.name == "M0R")
-    result = mass / quadruped.mass - 1, float(np.mean(off < 1.96)), errors[1] / errors[0]
+    total = next(p.value for p in estimate.parameters if p.name == "M0R")
+    result = total / mass - 1, float(np.mean(off < 1.96)), errors[1] / errors[0]
     error = estimate.torque_validation
     print(
         f"seed {seed}: {estimate.verdict}, total mass {100 * result[0]:+.3f} %, intervals "

@@ -17,6 +17,7 @@ import symgen
 from symgen.codegen.model import regrouping
 from symgen.data import long_logs
 from symgen.data.log import make_log
+from symgen.identification.prediction import torque_errors
 from symgen.report.store import load_result
 
 pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
@@ -27,6 +28,7 @@ from oracles.legged import (
     Motion,
     base_waves,
     crawl,
+    stride,
     table,
     text_of,
     times,
@@ -336,6 +338,73 @@ def test_the_feet_that_never_lift_are_named_and_their_masses_unknown(crawls) -> 
     assert unknown == ["M3", "M6", "M9", "M12"]
     (reason,) = (r for r in estimate.uses.parameters.reasons if r.kind == "not_determined")
     assert "foot3, foot6, foot9, foot12 never lift" in reason.text
+
+
+@cache
+def strider() -> Case:
+    """A body with two legs of six joints and flat feet."""
+    arm, feet = table(2, 6), (6, 12)
+    frames = [f'[[frame]]\nname = "foot{k}"\njoint = {k}\n' for k in feet]
+    contacts = [f'[[contact]]\nframe = "foot{k}"\nkind = "surface"\n' for k in feet]
+    body = Legged(arm, 3, [Foot(k) for k in feet])
+    return Case(body, parsed(text_of(arm, "\n".join([*frames, *contacts]))))
+
+
+def strode(seed: int, lifts: tuple[bool, bool]) -> symgen.Log:
+    """A log of the strider, whose feet are hidden."""
+    motion, flat = stride(seed, 12.0, lifts)
+    tau, _ = strider().body.supported(motion, flat, 6)
+    imu, touches = imu_of(motion, seed), flat.astype(float)
+    return log_of(motion, tau[:, 6:], seed, imu=imu, touches=touches)
+
+
+@pytest.mark.slow
+def test_hidden_wrenches_at_surfaces_have_no_part_in_the_estimate() -> None:
+    train, held = (strode(seed, (True, True)) for seed in (1, 7))
+    robot = strider().robot
+    estimate = symgen.identify(robot, train, validation=held, method="wls", cutoff=14)
+    off = strider().off(estimate)
+    assert np.abs(off).max() < 4
+    assert np.mean(np.abs(off) < 1.96) > 0.88
+    found = np.array([p.value for p in estimate.parameters])
+    ours, true = torque_errors(robot, held, [found, strider().X], estimate.band)
+    assert ours < 1.3 * true < 0.004
+    masses = [p.value for p in estimate.parameters if p.name in ("M0R", "M3R", "M9R")]
+    assert sum(masses) == pytest.approx(sum(strider().body.links[:, 9]), rel=0.005)
+
+
+@pytest.mark.slow
+def test_a_surface_that_never_lifts_hides_its_link_and_is_named() -> None:
+    estimate = symgen.identify(
+        strider().robot, strode(1, (False, True)), method="wls", cutoff=14
+    )  # fmt: skip
+    unknown = [p.name for p in estimate.parameters if np.isnan(p.std)]
+    assert unknown == not_visible(*stride(1, 12.0, (False, True)))
+    of_link = [p.name for p in estimate.parameters if p.name.strip("R").endswith("Z6")]
+    assert of_link == ["XZ6", "YZ6", "ZZ6"]
+    assert {*of_link, "MX6", "MY6"} < {*unknown}
+    (reason,) = (r for r in estimate.uses.parameters.reasons if r.kind == "not_determined")
+    assert "(foot6 never lifts: log a motion in which it does)" in reason.text
+    off = [x for p, x in zip(estimate.parameters, strider().off(estimate), strict=True)
+           if p.name not in unknown]  # fmt: skip
+    assert np.abs(off).max() < 4
+
+
+def not_visible(motion: Motion, flat: np.ndarray) -> list[str]:
+    """Names of inertial parameters of the strider that the null space of its columns contains."""
+    model = symgen.derive(strider().robot, ("torque_regressor",))
+    call, body, out = symgen.load(model, backend="casadi"), strider().body, []
+    for k in range(0, len(motion.t), 10):
+        q, qd, qdd = motion.q[:, k]
+        f, w, wd = (x[k] for x in motion.base)
+        feet = [foot for foot, rests in zip(body.feet, flat[k], strict=True) if rests]
+        J = np.vstack([body.jacobian(q, foot) for foot in feet])
+        W = call.torque_regressor(q, qd, qdd, f, w, wd)[:, : model.inertial]
+        out.append(W - np.linalg.pinv(J) @ (J @ W))
+    _, sizes, directions = np.linalg.svd(np.vstack(out))
+    null = directions[sizes < 1e-8 * sizes[0]]
+    large = np.abs(null).max(axis=0) > 1e-4
+    return [name for name, x in zip(model.base.names, large, strict=False) if x]
 
 
 def test_a_drone_has_no_joints(tmp_path: Path) -> None:
