@@ -178,6 +178,61 @@ class DriveEstimate:
     back_emf_std: SizeOrNan = math.nan
 
 
+@dataclass(frozen=True)
+class EquationRank:
+    """Equations of one kind in the training logs, and what they can determine.
+
+    Attributes:
+        kind: "base" for forces on the base, "joints" for torques of joints, "contacts" for both
+            while contacts with unknown forces stay, or "all" for the equations of all kinds.
+        contacts: frames of these contacts.
+        flight: whether no force acts on the robot.
+        share: part of the samples.
+        rank: number of combinations of inertial parameters that they determine.
+        unknown: the inertial parameters that they do not determine.
+    """
+
+    kind: str
+    contacts: tuple[str, ...]
+    flight: bool
+    share: Size
+    rank: int
+    unknown: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Lift:
+    """Parameters that need a motion in which contacts lift, one link after the other.
+
+    Attributes:
+        contacts: frames of these contacts; empty if no such motion determines the parameters.
+        parameters: names of the parameters.
+    """
+
+    contacts: tuple[str, ...]
+    parameters: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Identifiable:
+    """Which inertial parameters the logs of a floating base can determine, by exact elimination.
+
+    Attributes:
+        count: number of inertial base parameters.
+        equations: the kinds of equations in the training logs, all of them together last.
+        lifts: what determines the unknown parameters.
+    """
+
+    count: int
+    equations: tuple[EquationRank, ...]
+    lifts: tuple[Lift, ...] = ()
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """The inertial parameters that the logs do not determine."""
+        return self.equations[-1].unknown
+
+
 UNCHECKED = Consistency(None, Reason("not_checked", text="not checked"))
 
 
@@ -244,6 +299,7 @@ class Estimate(Viewable):
         repairs: repairs of the logs.
         alternatives: the fitted models, the chosen one first.
         drives: the drives of the joints, from logs of their inputs; empty for logs of torques.
+        identifiable: for a floating base, which equations determine its parameters; else None.
         uses: the uses of the estimate; None in a file of schema 1.
         headline: the torque error and a sentence for each use, separated by BETWEEN_USES.
         provenance: pairs of label and value: version, backend, digests of robot and logs, options.
@@ -275,6 +331,7 @@ class Estimate(Viewable):
     alternatives: Annotated[tuple[Alternative, ...], at("models")] = ()
     repairs: tuple[Fault, ...] = ()
     drives: Annotated[tuple[DriveEstimate, ...], OPTIONAL] = ()
+    identifiable: Annotated[Identifiable | None, OPTIONAL] = None
     possible: bool | None = field(init=False)
     at_bound: tuple[str, ...] = ()
     physical: Consistency = UNCHECKED
