@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-
-import numpy as np
+from collections.abc import Iterable, Sequence
+from itertools import compress
 
 from symgen.codegen.derivations import Derivations
 from symgen.codegen.model import Model
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floating import touching
-from symgen.identification.estimate import EquationRank, Identifiable, Lift
+from symgen.identification.estimate import EquationRank, Identifiable
 from symgen.robot.tables import Contact
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
-from symgen.symbolic.ranks import EquationPart, Rank, exact_ranks
+from symgen.symbolic.ranks import EquationPart, exact_ranks
 
-_Parts = Sequence[EquationPart]
+_KINDS = {"base": "forces on the base", "joints": "torques of the joints"}
 
 
 def identifiable(model: Model, logs: Sequence[FilteredLog]) -> Identifiable:
@@ -28,91 +26,62 @@ def identifiable(model: Model, logs: Sequence[FilteredLog]) -> Identifiable:
         model: the model of a robot with a floating base.
         logs: the training logs.
     """
-    shares = _shares(model.robot, logs)
-    parts = [*shares]
-    lifted = _lifted(model.robot, logs, usual=parts[0])
-    systems: list[_Parts] = [*([part] for part in parts), parts]
-    every = [*parts, *lifted.values()]
-    others = [[part for part in every if part is not other] for other in lifted.values()]
-    ranks = _ranks(model, [*systems, every, *others])
-    equations = [
-        _equation_rank(part, shares[part], rank) for part, rank in zip(parts, ranks, strict=False)
-    ]
-    in_all, *without = ranks[len(systems) :]
-    together = ranks[len(parts)]
-    last = EquationRank("all", (), False, 1.0, together.rank, together.unknown)
-    needed: dict[tuple[str, ...], list[str]] = {}
-    for name in together.unknown:
-        pairs = zip(lifted, without, strict=True)
-        needs = [frames for frames, rank in pairs if name in rank.unknown]
-        contacts = () if name in in_all.unknown else tuple(f for frames in needs for f in frames)
-        needed.setdefault(contacts, []).append(name)
-    lifts = tuple(Lift(contacts, tuple(names)) for contacts, names in needed.items())
-    return Identifiable(model.inertial, (*equations, last), lifts)
-
-
-def _ranks(model: Model, systems: Sequence[_Parts]) -> list[Rank]:
-    """Return the exact ranks of systems of equations, from the cache if they are known."""
-    kept = Derivations.by(robot_toml(model.robot), repr(systems))
-    return kept.have("ranks", lambda: exact_ranks(model.robot, model.base, systems))
-
-
-def _equation_rank(part: EquationPart, share: float, rank: Rank) -> EquationRank:
-    kind = "contacts" if part.contacts else part.rows
-    contacts = tuple(contact.frame for contact in part.contacts)
-    return EquationRank(kind, contacts, part.flight, share, rank.rank, rank.unknown)
+    robot, samples = model.robot, _samples(model.robot, logs)
+    together, total = [*samples], sum(samples[p] for p in samples if p.rows != "joints")
+    systems = [(_in_words(part), samples[part] / total, [part]) for part in together]
+    systems.append(("all together", 1.0, together))
+    usual, lifted = together[0].contacts, list[EquationPart]()
+    links: dict[int, list[Contact]] = {}
+    for contact in never_lifted(robot, logs):
+        links.setdefault(robot.frame(contact.frame).joint, []).append(contact)
+    for contacts in links.values():
+        rest = tuple(contact for contact in usual if contact not in contacts)
+        lifted.append(EquationPart(contacts=rest, flight=not rest))
+        systems.append((f"if {_listed(contacts)} lifts too", 0.0, [*together, lifted[-1]]))
+    if len(links) > 1:
+        systems.append(("if each of them lifts once", 0.0, [*together, *lifted]))
+    parts = [system for _, _, system in systems]
+    kept = Derivations.by(robot_toml(robot), repr(parts))
+    ranks = kept.have("ranks", lambda: exact_ranks(robot, model.base, parts))
+    rows = tuple(
+        EquationRank(words, share, rank.rank, rank.unknown)
+        for (words, share, _), rank in zip(systems, ranks, strict=True)
+    )
+    logged = len(together) + 1
+    return Identifiable(model.inertial, rows[:logged], rows[logged:])
 
 
 def never_lifted(robot: Robot, logs: Sequence[FilteredLog]) -> list[Contact]:
     """Return the contacts with an unknown force in every sample of all logs."""
-    always = set.intersection(*({*part.contacts} for log in logs for part in _samples(robot, log)))
-    return [contact for contact in robot.contacts if contact in always]
+    parts = _samples(robot, logs)
+    return [c for c in robot.contacts if all(c in part.contacts for part in parts)]
 
 
-def _lifted(
-    robot: Robot, logs: Sequence[FilteredLog], usual: EquationPart
-) -> dict[tuple[str, ...], EquationPart]:
-    """Return motions that lift a link whose contacts never lift, by the frames of these.
-
-    Args:
-        robot: the robot.
-        logs: its logs.
-        usual: the equations with the other contacts.
-    """
-    links: dict[int, list[Contact]] = {}
-    for contact in never_lifted(robot, logs):
-        links.setdefault(robot.frame(contact.frame).joint, []).append(contact)
-    out = {}
-    for contacts in links.values():
-        rest = tuple(contact for contact in usual.contacts if contact not in contacts)
-        flight = not rest and logs[0].samples.forces is None
-        out[tuple(c.frame for c in contacts)] = EquationPart(contacts=rest, flight=flight)
-    return out
+def _in_words(part: EquationPart) -> str:
+    if part.contacts:
+        return f"contact: {_listed(part.contacts)}"
+    return f"{_KINDS[part.rows]}{' in flight' * part.flight}"
 
 
-def _shares(robot: Robot, logs: Sequence[FilteredLog]) -> Mapping[EquationPart, float]:
-    """Return the kinds of equations in logs, with their shares of the samples, most first.
+def _listed(contacts: Iterable[Contact]) -> str:
+    return ", ".join(contact.frame for contact in contacts)
+
+
+def _samples(robot: Robot, logs: Sequence[FilteredLog]) -> dict[EquationPart, int]:
+    """Return the kinds of equations in logs with their numbers of samples, most first.
 
     Without unknown forces, the equations of the base and those of the joints are two kinds.
     """
-    samples = sum((_samples(robot, log) for log in logs), Counter[EquationPart]())
-    alone = ("base", "joints") if robot.n else ("base",)
-    out: dict[EquationPart, float] = {}
-    for part in sorted(samples, key=lambda part: (-samples[part], str(part))):
-        rows = ("all",) if part.contacts else alone
-        out |= {replace(part, rows=row): samples[part] / samples.total() for row in rows}
-    return out
-
-
-def _samples(robot: Robot, log: FilteredLog) -> Counter[EquationPart]:
-    """Return the number of samples of a log with each set of contacts."""
-    samples, flies = log.samples, log.samples.forces is None
-    flags = touching(samples)
-    if flags is None:
-        return Counter({EquationPart(flight=flies): len(samples.t)})
-    used = flags if samples.mask is None else flags[~samples.mask.robot]
     out = Counter[EquationPart]()
-    for row, count in zip(*np.unique(used, axis=0, return_counts=True), strict=True):
-        contacts = tuple(c for c, touches in zip(robot.contacts, row, strict=True) if touches)
-        out[EquationPart(contacts=contacts, flight=flies and not contacts)] = int(count)
-    return out
+    alone = [*_KINDS][: 1 + (robot.n > 0)]
+    for log in logs:
+        samples, flags = log.samples, touching(log.samples)
+        sets = Counter({(): len(samples.t)})
+        if flags is not None:
+            used = flags if samples.mask is None else flags[~samples.mask.robot]
+            sets = Counter(map(tuple, used.tolist()))
+        for touches, count in sets.items():
+            contacts, flight = tuple(compress(robot.contacts, touches)), samples.forces is None
+            for rows in ["all"] if contacts else alone:
+                out[EquationPart(rows, contacts, flight and not contacts)] += count
+    return dict(out.most_common())

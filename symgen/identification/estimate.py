@@ -180,37 +180,19 @@ class DriveEstimate:
 
 @dataclass(frozen=True)
 class EquationRank:
-    """Equations of one kind in the training logs, and what they can determine.
+    """What some equations of a floating base can determine.
 
     Attributes:
-        kind: "base" for forces on the base, "joints" for torques of joints, "contacts" for both
-            while contacts with unknown forces stay, or "all" for the equations of all kinds.
-        contacts: frames of these contacts.
-        flight: whether no force acts on the robot.
-        share: part of the samples.
+        equations: the kind of the equations, in words.
+        share: part of the samples of the training logs with such equations.
         rank: number of combinations of inertial parameters that they determine.
         unknown: the inertial parameters that they do not determine.
     """
 
-    kind: str
-    contacts: tuple[str, ...]
-    flight: bool
+    equations: str
     share: Size
     rank: int
     unknown: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Lift:
-    """Parameters that need a motion in which contacts lift, one link after the other.
-
-    Attributes:
-        contacts: frames of these contacts; empty if no such motion determines the parameters.
-        parameters: names of the parameters.
-    """
-
-    contacts: tuple[str, ...]
-    parameters: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -219,18 +201,18 @@ class Identifiable:
 
     Attributes:
         count: number of inertial base parameters.
-        equations: the kinds of equations in the training logs, all of them together last.
-        lifts: what determines the unknown parameters.
+        logged: the kinds of equations in the training logs, and last all of them together.
+        lifted: the same equations with a motion in which another contact lifts.
     """
 
     count: int
-    equations: tuple[EquationRank, ...]
-    lifts: tuple[Lift, ...] = ()
+    logged: tuple[EquationRank, ...]
+    lifted: tuple[EquationRank, ...]
 
     @property
     def unknown(self) -> tuple[str, ...]:
         """The inertial parameters that the logs do not determine."""
-        return self.equations[-1].unknown
+        return self.logged[-1].unknown
 
 
 UNCHECKED = Consistency(None, Reason("not_checked", text="not checked"))

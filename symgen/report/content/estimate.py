@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.errors import first_of
-from symgen.identification.estimate import EquationRank, Estimate, Lift, ParameterEstimate
+from symgen.identification.estimate import Estimate, Identifiable, ParameterEstimate
 from symgen.identification.uses import KNOWN
 from symgen.report.content.parts import (
     PLAYBACK,
@@ -71,18 +71,10 @@ _VALUES = ("The distance is from the estimate, in standard deviations of the oth
 _IDENTIFIABLE = (
     "How many of the {} inertial parameters, or of their combinations, the equations of the "
     "training logs determine if the motion is rich enough. symgen proves this by exact "
-    "elimination. Friction shows in the torques of the joints."
+    "elimination. A mass at a contact of unknown force changes no equation while it touches. "
+    "Friction shows in the torques of the joints."
 )
-_UNKNOWN_FORCES = (
-    "The logs have no force at a contact. A mass at this place changes no equation while it "
-    "touches."
-)
-_EQUATIONS = {
-    "base": ("forces on the base", "motion of the base in flight"),
-    "joints": ("torques of the joints", "torques of the joints in flight"),
-    "all": ("all together",),
-}
-_ALONE = 2  # one kind of equations, and all of them together
+_LISTED = 12  # parameters in a cell
 #: Correlation above which two parameters are listed as hardly distinguishable.
 CORRELATED = 0.9
 
@@ -134,7 +126,7 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
         *_suspected_sections(e),
         *_drive_sections(e),
         _known_section(e),
-        *_identifiable_sections(e),
+        *([] if e.identifiable is None else [_identifiable_section(e.identifiable)]),
         *_simulation_sections(e),
         *(_values_sections(e) if e.prior else ()),
         _model_section(e),
@@ -277,39 +269,20 @@ def _known_section(e: Estimate) -> Section:
     return Section(heading, (_KNOWN, *told), Table(_COLUMNS, rows), printed=told)
 
 
-def _identifiable_sections(e: Estimate) -> list[Section]:
+def _identifiable_section(found: Identifiable) -> Section:
     """Return which equations of a floating base determine its parameters, and what else to log."""
-    if e.identifiable is None:
-        return []
-    count, rows, kinds = e.identifiable.count, [], e.identifiable.equations
-    for part in kinds if len(kinds) > _ALONE else kinds[:1]:
-        known, unknown = f"{part.rank} of {count}", len(part.unknown)
-        missing = f"{unknown}: {first_of(part.unknown)}" if unknown else "none"
-        rows.append((_equations_in_words(part), percent(part.share), known, missing))
-    text = [_IDENTIFIABLE.format(count)]
-    if any(part.contacts for part in kinds):
-        text.append(_UNKNOWN_FORCES)
-    advice = tuple(map(_to_log, e.identifiable.lifts))
-    table = Table(("equations", "samples", "determined", "not determined"), rows)
-    printed = advice or None  # a terminal shows what is missing
-    return [Section("Identifiable parameters", (*text, *advice), table, printed=printed)]
-
-
-def _equations_in_words(part: EquationRank) -> str:
-    if part.contacts:
-        return f"contact: {', '.join(part.contacts)}"
-    return _EQUATIONS[part.kind][part.flight]
-
-
-def _to_log(lift: Lift) -> str:
-    """Return the motion that determines some parameters, in a sentence."""
-    count, listed = len(lift.parameters), first_of(lift.parameters)
-    listed += f" ({count} in all)" if listed.endswith("...") else ""
-    if not lift.contacts:
-        return f"Lifting one contact after the other does not determine {listed}."
-    contacts = ", ".join(lift.contacts)
-    one_by_one = ", one after the other," if len(lift.contacts) > 1 else ""
-    return f"Lift {contacts}{one_by_one} in a log to determine {listed}."
+    rows = []
+    for part in (*found.logged, *found.lifted):
+        share, names, what = percent(part.share), part.unknown, "not"
+        if part in found.lifted:
+            names = tuple(name for name in found.unknown if name not in part.unknown)
+            share, what = "", "also"
+        listed = f"{what} {first_of(names, _LISTED)} ({len(names)})" if names else "all"
+        rows.append((part.equations, share, f"{part.rank} of {found.count}", listed))
+    table = Table(("equations", "samples", "determined", "parameters"), rows)
+    printed = () if found.unknown else None  # a terminal shows what is missing
+    text = _IDENTIFIABLE.format(found.count)
+    return Section("Identifiable parameters", (text,), table, printed=printed)
 
 
 def _weak_section(e: Estimate) -> Section:
@@ -318,12 +291,7 @@ def _weak_section(e: Estimate) -> Section:
         f"The standard deviation is above {KNOWN:g} % of the value. The logs hardly determine "
         "these parameters one by one. At bound: a constraint of possible robots holds the value."
     )
-    columns: tuple[str, ...] = _COLUMNS
-    if e.identifiable is not None and e.identifiable.lifts:
-        needed = {name: x.contacts for x in e.identifiable.lifts for name in x.parameters}
-        columns = (*columns, "contacts to lift")
-        rows = [(*row, ", ".join(needed.get(row[0], ()))) for row in rows]
-    return Section(f"Weak parameters ({len(rows)})", (text,), Table(columns, rows))
+    return Section(f"Weak parameters ({len(rows)})", (text,), Table(_COLUMNS, rows))
 
 
 def _rows(e: Estimate) -> list[tuple[str, ...]]:
