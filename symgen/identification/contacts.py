@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import compress
 
 from symgen.codegen.derivations import Derivations
@@ -14,7 +15,8 @@ from symgen.identification.estimate import EquationRank, Identifiable
 from symgen.robot.tables import Contact
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
-from symgen.symbolic.ranks import EquationPart, exact_ranks
+from symgen.symbolic.base_parameters import BaseParameter
+from symgen.symbolic.ranks import EquationPart, exact_rank, exact_ranks
 
 _KINDS = {"base": "forces on the base", "joints": "torques of the joints"}
 
@@ -49,6 +51,22 @@ def identifiable(model: Model, logs: Sequence[FilteredLog]) -> Identifiable:
     )
     logged = len(together) + 1
     return Identifiable(model.inertial, rows[:logged], rows[logged:])
+
+
+def hides_load(model: Model, columns: Sequence[int], logs: Sequence[FilteredLog]) -> bool:
+    """Return whether unknown forces at contacts hide some of a load on a link.
+
+    Args:
+        model: the model of a robot with a floating base.
+        columns: indices of the sought parameters of the link among the standard ones.
+        logs: the logs.
+    """
+    parts = [*_samples(model.robot, logs)]
+    sought = tuple(BaseParameter(str(k), k, (), "", inertial=True) for k in columns)
+    link = replace(model.base, parameters=sought)
+    if any(part.flight for part in parts):
+        return False  # the torques of the joints show all of it
+    return exact_rank(model.robot, link, parts).rank < len(sought)
 
 
 def never_lifted(robot: Robot, logs: Sequence[FilteredLog]) -> list[Contact]:

@@ -23,8 +23,9 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.opening import Source, listed_logs, require_logs, require_other_data
 from symgen.estimation.torque_error import fit, percent
-from symgen.estimation.values import FloatArray, Trace
+from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.identification.campaign import Filtering
+from symgen.identification.contacts import hides_load, never_lifted
 from symgen.identification.estimate import joints_of
 from symgen.identification.judgement import require_scale
 from symgen.identification.known_band import open_in_known_band
@@ -37,7 +38,7 @@ from symgen.identification.load_result import (
     payload_of,
     require_mass,
 )
-from symgen.identification.parameters import KnownParameters, read_known
+from symgen.identification.parameters import KnownParameters, link_columns, read_known
 from symgen.identification.solving import settle_load
 from symgen.identification.wrist import payload_by_wrench
 from symgen.parallel import Say, silent
@@ -92,7 +93,6 @@ def payload(
         IdentificationError: the logs do not show a load, or there are neither parameters nor logs
             without the load.
     """
-    require_base(read_robot(robot), "payload", "symgen identify on a log with the load")
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
     if sensor and (frame or mass is not None or cutoff is not None):
@@ -101,6 +101,7 @@ def payload(
             "accepted: none of them"
         )
     if sensor:
+        require_base(read_robot(robot), "payload --sensor", "symgen payload without it")
         found = payload_by_wrench(read_robot(robot), loaded, reading, progress)
         if parameters is None and not bare:
             return found
@@ -150,6 +151,9 @@ def payload(
     )
     require_other_data([log.samples for log in campaign.train], [])
     groups = campaign.train[: len(loaded)], campaign.train[len(loaded) :]
+    if source.floating:
+        for logs_of_group in groups:
+            _require_lifts(model, link, logs_of_group, weighed=mass is not None)
     progress("solving")
     known = None if bare else in_file  # with logs without the load, X comes from them
     X = _without_load(evaluator, groups[1]) if known is None else known.X
@@ -216,11 +220,35 @@ def _load_errors(
         noise.relative,
         before.per_joint or (),
         after.per_joint or (),
+        *(_of_base(error) for error in (before, after)),
     )
     traces = []
     for quantity, torques in ((WITHOUT, first), (WITH, second)):
         traces += [replace(trace, quantity=quantity, raw=None) for trace in torques.traces]
     return errors, tuple(traces)
+
+
+def _of_base(error: Residual) -> tuple[float, float] | None:
+    """Return the errors of force and moment on a floating base; None for other bases."""
+    if error.base_force is None or error.base_moment is None:
+        return None
+    return error.base_force, error.base_moment
+
+
+def _require_lifts(model: Model, link: int, logs: Sequence[FilteredLog], *, weighed: bool) -> None:
+    """Refuse logs in which unknown forces at contacts hide some of a load on a link.
+
+    Raises:
+        IdentificationError: they do.
+    """
+    columns = link_columns(model, link)[: -1 if weighed else None]
+    if logs and hides_load(model, columns, logs):
+        robot = model.robot
+        lift = ", ".join(contact.frame for contact in never_lifted(robot, logs))
+        raise IdentificationError(
+            f"{logs[0].name}: unknown forces at contacts hide some of a load on the link of "
+            f"{robot.label(link)}; accepted: logs in which {lift or 'each contact'} lifts at times"
+        )
 
 
 def _known_covariance(
@@ -271,10 +299,10 @@ def _require_link(problem: LoadProblem, X: FloatArray, link: int, after: float) 
         IdentificationError: a load on another link has less than half of the error.
     """
     robot, errors = problem.evaluator.model.robot, {link: after}
-    for joint in robot.movable:
-        other = problem.on_link(joint.number)
-        if joint.number != link and other.V.size:
-            errors[joint.number] = other.error(X)
+    for number in (0, *robot.numbers) if robot.floating else robot.numbers:
+        other = problem.on_link(number)
+        if number != link and other.V.size:
+            errors[number] = other.error(X)
     best = min(errors, key=lambda number: errors[number])
     if errors[best] < SHOWN * after:
         raise IdentificationError(
