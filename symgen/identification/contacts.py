@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import compress
 
@@ -12,6 +12,7 @@ from symgen.codegen.model import Model
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floating import touching
 from symgen.identification.estimate import EquationRank, Identifiable
+from symgen.identification.parameters import link_columns
 from symgen.robot.tables import Contact
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
@@ -29,44 +30,35 @@ def identifiable(model: Model, logs: Sequence[FilteredLog]) -> Identifiable:
         logs: the training logs.
     """
     robot, samples = model.robot, _samples(model.robot, logs)
-    together, total = [*samples], sum(samples[p] for p in samples if p.rows != "joints")
-    systems = [(_in_words(part), samples[part] / total, [part]) for part in together]
-    systems.append(("all together", 1.0, together))
-    usual, lifted = together[0].contacts, list[EquationPart]()
-    links: dict[int, list[Contact]] = {}
-    for contact in never_lifted(robot, logs):
-        links.setdefault(robot.frame(contact.frame).joint, []).append(contact)
-    for contacts in links.values():
-        rest = tuple(contact for contact in usual if contact not in contacts)
+    parts, total = [*samples], sum(samples[p] for p in samples if p.rows != "joints")
+    shares = {_in_words(part): count / total for part, count in samples.items()}
+    systems = {_in_words(part): [part] for part in parts} | {"all together": parts}
+    links = {c: robot.frame(c.frame).joint for c in never_lifted(robot, logs)}
+    lifted = []
+    for link in dict.fromkeys(links.values()):
+        frames = ", ".join(c.frame for c in links if links[c] == link)
+        rest = tuple(c for c in parts[0].contacts if links.get(c) != link)
         lifted.append(EquationPart(contacts=rest, flight=not rest))
-        systems.append((f"if {_listed(contacts)} lifts too", 0.0, [*together, lifted[-1]]))
-    if len(links) > 1:
-        systems.append(("if each of them lifts once", 0.0, [*together, *lifted]))
-    parts = [system for _, _, system in systems]
-    kept = Derivations.by(robot_toml(robot), repr(parts))
-    ranks = kept.have("ranks", lambda: exact_ranks(robot, model.base, parts))
+        systems[f"if {frames} lifts too"] = [*parts, lifted[-1]]
+    if len(lifted) > 1:
+        systems["if each of them lifts once"] = [*parts, *lifted]
+    kept = Derivations.by(robot_toml(robot), repr(systems))
+    found = kept.have("ranks", lambda: exact_ranks(robot, model.base, [*systems.values()]))
     rows = tuple(
-        EquationRank(words, share, rank.rank, rank.unknown)
-        for (words, share, _), rank in zip(systems, ranks, strict=True)
+        EquationRank(words, shares.get(words, 1.0), rank.rank, rank.unknown)
+        for words, rank in zip(systems, found, strict=True)
     )
-    logged = len(together) + 1
-    return Identifiable(model.inertial, rows[:logged], rows[logged:])
+    return Identifiable(model.inertial, rows[: len(parts) + 1], rows[len(parts) + 1 :])
 
 
-def hides_load(model: Model, columns: Sequence[int], logs: Sequence[FilteredLog]) -> bool:
-    """Return whether unknown forces at contacts hide some of a load on a link.
-
-    Args:
-        model: the model of a robot with a floating base.
-        columns: indices of the sought parameters of the link among the standard ones.
-        logs: the logs.
-    """
+def hides_load(model: Model, link: int, logs: Sequence[FilteredLog]) -> bool:
+    """Return whether unknown forces at contacts hide some of a load on a link."""
     parts = [*_samples(model.robot, logs)]
-    sought = tuple(BaseParameter(str(k), k, (), "", inertial=True) for k in columns)
-    link = replace(model.base, parameters=sought)
     if any(part.flight for part in parts):
         return False  # the torques of the joints show all of it
-    return exact_rank(model.robot, link, parts).rank < len(sought)
+    load = [BaseParameter("", k, (), "", inertial=True) for k in link_columns(model, link)]
+    base = replace(model.base, parameters=tuple(load))
+    return exact_rank(model.robot, base, parts).rank < len(load)
 
 
 def never_lifted(robot: Robot, logs: Sequence[FilteredLog]) -> list[Contact]:
@@ -77,12 +69,8 @@ def never_lifted(robot: Robot, logs: Sequence[FilteredLog]) -> list[Contact]:
 
 def _in_words(part: EquationPart) -> str:
     if part.contacts:
-        return f"contact: {_listed(part.contacts)}"
+        return f"contact: {', '.join(contact.frame for contact in part.contacts)}"
     return f"{_KINDS[part.rows]}{' in flight' * part.flight}"
-
-
-def _listed(contacts: Iterable[Contact]) -> str:
-    return ", ".join(contact.frame for contact in contacts)
 
 
 def _samples(robot: Robot, logs: Sequence[FilteredLog]) -> dict[EquationPart, int]:

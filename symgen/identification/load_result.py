@@ -64,8 +64,7 @@ class LoadErrors:
         before, after: error of the model without the load, and with it.
         noise_floor: error that noise alone causes; NaN if unknown.
         joints_before, joints_after: `before` and `after` of each joint.
-        base_before, base_after: those of the force and of the moment on a floating base, NaN in
-            flight; None for other bases.
+        floating: both errors with those of force and moment on a floating base; None for others.
     """
 
     before: Size
@@ -73,8 +72,7 @@ class LoadErrors:
     noise_floor: SizeOrNan
     joints_before: tuple[Size, ...]
     joints_after: tuple[Size, ...]
-    base_before: Annotated[tuple[SizeOrNan, SizeOrNan] | None, OPTIONAL] = None
-    base_after: Annotated[tuple[SizeOrNan, SizeOrNan] | None, OPTIONAL] = None
+    floating: Annotated[tuple[Residual, Residual] | None, OPTIONAL] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,8 +134,7 @@ class Payload(Viewable):
     @property
     def titles(self) -> list[str]:
         """Titles of the columns of the traces."""
-        base = self.residual.base_after or (None, None)
-        return equation_titles(self.joints, Residual(0.0, None, *base))
+        return equation_titles(self.joints, (self.residual.floating or (Residual(0.0),))[-1])
 
     @property
     def frame_label(self) -> str:

@@ -23,7 +23,7 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.opening import Source, listed_logs, require_logs, require_other_data
 from symgen.estimation.torque_error import fit, percent
-from symgen.estimation.values import FloatArray, Residual, Trace
+from symgen.estimation.values import FloatArray, Trace
 from symgen.identification.campaign import Filtering
 from symgen.identification.contacts import hides_load, never_lifted
 from symgen.identification.estimate import joints_of
@@ -38,7 +38,7 @@ from symgen.identification.load_result import (
     payload_of,
     require_mass,
 )
-from symgen.identification.parameters import KnownParameters, link_columns, read_known
+from symgen.identification.parameters import KnownParameters, read_known
 from symgen.identification.solving import settle_load
 from symgen.identification.wrist import payload_by_wrench
 from symgen.parallel import Say, silent
@@ -152,8 +152,8 @@ def payload(
     require_other_data([log.samples for log in campaign.train], [])
     groups = campaign.train[: len(loaded)], campaign.train[len(loaded) :]
     if source.floating:
-        for logs_of_group in groups:
-            _require_lifts(model, link, logs_of_group, weighed=mass is not None)
+        for some in groups:
+            _require_lifts(model, link, some)
     progress("solving")
     known = None if bare else in_file  # with logs without the load, X comes from them
     X = _without_load(evaluator, groups[1]) if known is None else known.X
@@ -220,7 +220,7 @@ def _load_errors(
         noise.relative,
         before.per_joint or (),
         after.per_joint or (),
-        *(_of_base(error) for error in (before, after)),
+        None if before.base_force is None else (before, after),
     )
     traces = []
     for quantity, torques in ((WITHOUT, first), (WITH, second)):
@@ -228,26 +228,14 @@ def _load_errors(
     return errors, tuple(traces)
 
 
-def _of_base(error: Residual) -> tuple[float, float] | None:
-    """Return the errors of force and moment on a floating base; None for other bases."""
-    if error.base_force is None or error.base_moment is None:
-        return None
-    return error.base_force, error.base_moment
-
-
-def _require_lifts(model: Model, link: int, logs: Sequence[FilteredLog], *, weighed: bool) -> None:
-    """Refuse logs in which unknown forces at contacts hide some of a load on a link.
-
-    Raises:
-        IdentificationError: they do.
-    """
-    columns = link_columns(model, link)[: -1 if weighed else None]
-    if logs and hides_load(model, columns, logs):
+def _require_lifts(model: Model, link: int, logs: Sequence[FilteredLog]) -> None:
+    """Raise IdentificationError if unknown forces at contacts hide some of a load on a link."""
+    if logs and hides_load(model, link, logs):
         robot = model.robot
-        lift = ", ".join(contact.frame for contact in never_lifted(robot, logs))
+        still = ", ".join(contact.frame for contact in never_lifted(robot, logs))
         raise IdentificationError(
             f"{logs[0].name}: unknown forces at contacts hide some of a load on the link of "
-            f"{robot.label(link)}; accepted: logs in which {lift or 'each contact'} lifts at times"
+            f"{robot.label(link)}; accepted: logs in which these lift at times: {still or 'all'}"
         )
 
 

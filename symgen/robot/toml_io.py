@@ -186,11 +186,8 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
             robot.frame(frame)
     if robot.mount is not None and not robot.imu:
         raise RobotError("base: accepted: with base = 'imu' or 'floating' in [robot]")
-    if robot.payload == 0 and not robot.floating:
-        raise RobotError(
-            f"payload, key 'joint': accepted: 1 to {len(joints)}, or 0 with base = "
-            "'floating' in [robot]"
-        )
+    if robot.payload is not None:
+        robot.joint(robot.payload)  # 0 is the link of a floating base
     if robot.contacts and not robot.floating:
         raise RobotError("contact: accepted: with base = 'floating' in [robot]")
     return robot

@@ -91,7 +91,7 @@ def exact_ranks(
     equations = _equations(robot, base)
     samples = modulo_primes(
         equations.robot,
-        lambda field: _rows_of_parts(equations, parts, field),
+        lambda field: np.vstack([_rows(equations, part, field) for part in parts]),
     )
     ranks = []
     for sample in samples:
@@ -132,19 +132,12 @@ def _equations(robot: Robot, base: BaseParameters) -> _Equations:
     return _Equations(robot, torques, link_jacobian_tape(robot), link_drift_tape(robot))
 
 
-def _rows_of_parts(
-    equations: _Equations, parts: Sequence[EquationPart], field: PrimeField
-) -> Residues:
-    """Return the rows of each part, (parts N, p), of a robot with one X."""
-    X = field.numbers(len(equations.torques.outputs) // len(equations.robot.equations))
-    return np.vstack([_rows(equations, part, field, X) for part in parts])
-
-
-def _rows(equations: _Equations, part: EquationPart, field: PrimeField, X: Residues) -> Residues:
+def _rows(equations: _Equations, part: EquationPart, field: PrimeField) -> Residues:
     """Return a combination of the equations of a part at each of N states, (N, p)."""
     robot, torques, jacobian, drifts = equations
     m, p = len(robot.equations), field.p
-    count = len(X) + _MARGIN
+    width = len(torques.outputs) // m
+    count = width + _MARGIN
     state = drawn_state(robot, field, count)
 
     def drawn(size: int) -> Residues:
@@ -177,7 +170,8 @@ def _rows(equations: _Equations, part: EquationPart, field: PrimeField, X: Resid
         drift[:, linear, 0] += gravity
         state |= _split(_solutions(field, J, drift % p), "f", "wd", "qdd")
     if part.flight:
-        wrenches = []
+        # all parts are of one robot
+        X, wrenches = np.random.default_rng(p).integers(1, p, width), []
         for k in range(_BASE + 1):  # linear in f and wd: six unit vectors, then zero
             unit = np.eye(1, _BASE, k, dtype=np.int64).repeat(count, axis=0)
             W = run(torques, m, **_split(unit, "f", "wd"))[:, :_BASE]

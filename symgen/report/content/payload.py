@@ -118,10 +118,19 @@ def _errors(payload: Payload) -> Table:
         columns.append(texts)
     labels = [joint.label for joint in payload.joints]
     rows = [*zip(labels, *columns, strict=True)]
-    both = zip(residual.base_before or (), residual.base_after or (), strict=True)
-    names = ("base force", "base moment")
-    rows = [*((name, *map(percent, x)) for name, x in zip(names, both, strict=False)), *rows]
-    rows.append(("all joints", percent(residual.before), percent(residual.after)))
+    if residual.floating is not None:
+        both = [(e.base_force or 0.0, e.base_moment or 0.0) for e in residual.floating]
+        for name, pair in zip(
+            ("base moment", "base force"), reversed([*zip(*both, strict=True)]), strict=True
+        ):
+            rows.insert(0, (name, *map(percent, pair)))
+    rows.append(
+        (
+            "all" if residual.floating else "all joints",
+            percent(residual.before),
+            percent(residual.after),
+        )
+    )
     return Table(("joint", "error without the load", "error with it"), rows)
 
 
