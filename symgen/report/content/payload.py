@@ -14,6 +14,7 @@ from symgen.report.content.parts import (
     Content,
     Section,
     Table,
+    base_rows,
     errors_in_units,
     notes_section,
     number,
@@ -118,12 +119,7 @@ def _errors(payload: Payload) -> Table:
         columns.append(texts)
     labels = [joint.label for joint in payload.joints]
     rows = [*zip(labels, *columns, strict=True)]
-    if residual.floating is not None:
-        both = [(e.base_force or 0.0, e.base_moment or 0.0) for e in residual.floating]
-        for name, pair in zip(
-            ("base moment", "base force"), reversed([*zip(*both, strict=True)]), strict=True
-        ):
-            rows.insert(0, (name, *map(percent, pair)))
+    rows = base_rows(residual.floating or ()) + rows
     rows.append(
         (
             "all" if residual.floating else "all joints",
