@@ -187,7 +187,8 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
     if robot.mount is not None and not robot.imu:
         raise RobotError("base: accepted: with base = 'imu' or 'floating' in [robot]")
     if robot.payload is not None:
-        robot.joint(robot.payload)  # 0 is the link of a floating base
+        with located("payload, key 'joint'"):
+            robot.joint(robot.payload)  # 0 is the link of a floating base
     if robot.contacts and not robot.floating:
         raise RobotError("contact: accepted: with base = 'floating' in [robot]")
     return robot
