@@ -143,7 +143,7 @@ def assess(chosen: ChosenModel, result: Outcome, accept: float, least: float) ->
             unexplained,
             bias,
             scale=scale_unknown(campaign),
-            lift=never_lifted(campaign.train) if robot.floating else (),
+            lift=[c.frame for c in never_lifted(robot, campaign.train)],
         ),
         simulation_use(campaign, X, parameters, limits),
     )
@@ -188,6 +188,7 @@ def assess(chosen: ChosenModel, result: Outcome, accept: float, least: float) ->
         alternatives=tuple(_alternatives(chosen.alternatives, method, solution, result)),
         repairs=result.repairs,
         drives=drive_estimates(campaign, solution),
+        identifiable=chosen.identifiable,
         physical=settled.physical,
         at_bound=settled.at_bound,
         excludes=method.excludes,

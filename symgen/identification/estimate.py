@@ -178,6 +178,43 @@ class DriveEstimate:
     back_emf_std: SizeOrNan = math.nan
 
 
+@dataclass(frozen=True)
+class EquationRank:
+    """What some equations of a floating base can determine.
+
+    Attributes:
+        equations: the kind of the equations, in words.
+        share: part of the samples of the training logs with such equations.
+        rank: number of combinations of inertial parameters that they determine.
+        unknown: the inertial parameters that they do not determine.
+    """
+
+    equations: str
+    share: Size
+    rank: int
+    unknown: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Identifiable:
+    """Which inertial parameters the logs of a floating base can determine, by exact elimination.
+
+    Attributes:
+        count: number of inertial base parameters.
+        logged: the kinds of equations in the training logs, and last all of them together.
+        lifted: the same equations with a motion in which another contact lifts.
+    """
+
+    count: int
+    logged: tuple[EquationRank, ...]
+    lifted: tuple[EquationRank, ...]
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """The inertial parameters that the logs do not determine."""
+        return self.logged[-1].unknown
+
+
 UNCHECKED = Consistency(None, Reason("not_checked", text="not checked"))
 
 
@@ -244,6 +281,7 @@ class Estimate(Viewable):
         repairs: repairs of the logs.
         alternatives: the fitted models, the chosen one first.
         drives: the drives of the joints, from logs of their inputs; empty for logs of torques.
+        identifiable: for a floating base, which equations determine its parameters; else None.
         uses: the uses of the estimate; None in a file of schema 1.
         headline: the torque error and a sentence for each use, separated by BETWEEN_USES.
         provenance: pairs of label and value: version, backend, digests of robot and logs, options.
@@ -275,6 +313,7 @@ class Estimate(Viewable):
     alternatives: Annotated[tuple[Alternative, ...], at("models")] = ()
     repairs: tuple[Fault, ...] = ()
     drives: Annotated[tuple[DriveEstimate, ...], OPTIONAL] = ()
+    identifiable: Annotated[Identifiable | None, OPTIONAL] = None
     possible: bool | None = field(init=False)
     at_bound: tuple[str, ...] = ()
     physical: Consistency = UNCHECKED

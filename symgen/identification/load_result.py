@@ -11,11 +11,12 @@ import numpy as np
 from symgen import names
 from symgen.errors import IdentificationError
 from symgen.estimation.band import Band
-from symgen.estimation.values import Trace
+from symgen.estimation.values import Residual, Trace
 from symgen.faults.fault import Fault
 from symgen.identification.curves import FILE, read_traces
-from symgen.identification.estimate import JointLabel
+from symgen.identification.estimate import JointLabel, equation_titles
 from symgen.identification.load import COM, LABELS, Load, read_off
+from symgen.names import joint_label
 from symgen.policy import BEYOND
 from symgen.schemas import BESIDE, OPTIONAL, Size, SizeOrNan, read_result, result_file, to_json
 from symgen.views import Viewable
@@ -63,6 +64,7 @@ class LoadErrors:
         before, after: error of the model without the load, and with it.
         noise_floor: error that noise alone causes; NaN if unknown.
         joints_before, joints_after: `before` and `after` of each joint.
+        floating: both errors with those of force and moment on a floating base; None for others.
     """
 
     before: Size
@@ -70,6 +72,7 @@ class LoadErrors:
     noise_floor: SizeOrNan
     joints_before: tuple[Size, ...]
     joints_after: tuple[Size, ...]
+    floating: Annotated[tuple[Residual, Residual] | None, OPTIONAL] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +94,7 @@ class Payload(Viewable):
         repairs: repairs of the logs.
         notes: texts about the run.
         joints: number, unit and name of each movable joint.
-        joint: number of the joint whose link carries the load.
+        joint: number of the joint whose link carries the load; 0 for the base.
         sensor: for a load from the wrench of a sensor, what else it shows. `residual` is then that
             of its force, without the offset, and `joints` is empty.
         traces: measured and modelled torque of each log with the load, for the quantities WITHOUT
@@ -125,8 +128,13 @@ class Payload(Viewable):
     @property
     def link(self) -> str:
         """Name in results of the joint whose link carries the load."""
-        labels = (joint.label for joint in self.joints if joint.number == self.joint)
-        return next(labels, str(self.joint))
+        labels = {joint.number: joint.label for joint in self.joints} | {0: joint_label(0, "base")}
+        return labels.get(self.joint, str(self.joint))
+
+    @property
+    def titles(self) -> list[str]:
+        """Titles of the columns of the traces."""
+        return equation_titles(self.joints, (self.residual.floating or (Residual(0.0),))[-1])
 
     @property
     def frame_label(self) -> str:
@@ -156,7 +164,7 @@ def read_payload(path: str | Path) -> Payload:
     """
     file = result_file(path, MARKER)
     found = read_result(Payload, file, SCHEMA, traces=())
-    return replace(found, traces=read_traces(file.with_name(FILE), len(found.joints)))
+    return replace(found, traces=read_traces(file.with_name(FILE), len(found.titles)))
 
 
 def payload_of(

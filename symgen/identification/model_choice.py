@@ -29,8 +29,8 @@ from symgen.estimation.solve import (
 from symgen.estimation.summary import Blocks, block_summary, summaries
 from symgen.estimation.torque_error import TorqueFit, percent
 from symgen.identification.campaign import Campaign
-from symgen.identification.contacts import determined
-from symgen.identification.estimate import Alternative
+from symgen.identification.contacts import identifiable
+from symgen.identification.estimate import Alternative, Identifiable
 from symgen.identification.instruments import instrumented
 from symgen.identification.proportional import blame_motion, motion_fault, proportional_joints
 from symgen.identification.solving import (
@@ -109,6 +109,7 @@ class ChosenModel:
         alternatives: the results of all fitted models, the chosen one first.
         fault: a text on a fault of the motion, or "".
         proportional: groups of joints whose speeds are proportional in all training logs.
+        identifiable: for a floating base, what its logs can determine; else None.
     """
 
     campaign: Campaign
@@ -117,6 +118,7 @@ class ChosenModel:
     alternatives: tuple[Alternative, ...]
     fault: str
     proportional: tuple[tuple[int, ...], ...]
+    identifiable: Identifiable | None = None
 
 
 def choose_model(
@@ -145,6 +147,7 @@ def choose_model(
     known = features_of(campaign.train, robot.sigma) if robot.n else None
     models = [replace(model, features=known) for model in models]
     alternatives: tuple[Alternative, ...] = ()
+    shown = identifiable(evaluator.model, campaign.train) if robot.floating else None
     if robot.loaded:
         progress("settling the effects that hold the model's torque")
         model = settle_load(evaluator, campaign.train, models[0])
@@ -157,7 +160,7 @@ def choose_model(
         # A prior determines the parameters that the motion does not.
         partial = bool(proportional) and method.prior is None
         with blame_motion(fault):
-            best, alternatives = _best_model(campaign, models, partial)
+            best, alternatives = _best_model(campaign, models, partial, shown)
     train = []
     for k, part in enumerate(best.train):
         if method.name == "iv" or method.is_tested(part.log):
@@ -173,7 +176,7 @@ def choose_model(
         raise LogError(f"{error}{what}") from error
     _require_equations(held, robot)
     return ChosenModel(
-        campaign, replace(best, train=train), held, alternatives, fault, proportional
+        campaign, replace(best, train=train), held, alternatives, fault, proportional, shown
     )
 
 
@@ -193,7 +196,7 @@ def _require_equations(logs: Sequence[EquatedLog], robot: Robot) -> None:
 
 
 def _best_model(
-    campaign: Campaign, models: Sequence[EquationModel], partial: bool
+    campaign: Campaign, models: Sequence[EquationModel], partial: bool, shown: Identifiable | None
 ) -> tuple[ModelCandidate, tuple[Alternative, ...]]:
     """Fit every model and compare them on folds of the training logs.
 
@@ -201,14 +204,16 @@ def _best_model(
         campaign: the logs.
         models: models to fit.
         partial: whether the equations may determine only some of the parameters.
+        shown: for a floating base, what its logs can determine.
 
     Returns:
         The model with the smallest torque error, the first of equals, and the results of all
         models, that one first.
     """
-    shown: list[int] | None = None
-    if campaign.robot.floating:
-        shown = determined(campaign.evaluator.model, campaign.train)
+    determined: list[int] | None = None
+    if shown is not None and shown.unknown:
+        names = campaign.evaluator.model.base.names
+        determined = [k for k, name in enumerate(names) if name not in shown.unknown]
     compared = _equations(campaign, replace(_COMPARED, features=models[0].features))
     torques = block_summary(rows_of(compared), _COMPARED.gap)
     candidates, errors = list[ModelCandidate](), dict[str, IdentificationError]()
@@ -223,7 +228,7 @@ def _best_model(
         blocks = block_summary(rows_of(train), model.gap)
         prior = _weak_prior(campaign, train)
         held_out = prior.held_out((blocks, torques)).relative
-        known = _known_parameters(campaign, train, model) if partial else shown
+        known = _known_parameters(campaign, train, model) if partial else determined
         candidate = ModelCandidate(model, train, (blocks, torques), prior, held_out, known)
         candidates.append(_solved(campaign, candidate))
     if not candidates:

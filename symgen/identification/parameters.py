@@ -130,6 +130,8 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
             number.
     """
     values, _ = read_named(Path(path), model)
+    if model.robot.payload is not None:  # the file may be of the robot without [payload]
+        values = {f"{prefix}L": 0.0 for prefix in names.LINK} | values
     return base_values(values, model, str(path))
 
 

@@ -25,6 +25,7 @@ from symgen.estimation.opening import Source, listed_logs, require_logs, require
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Trace
 from symgen.identification.campaign import Filtering
+from symgen.identification.contacts import hides_load, never_lifted
 from symgen.identification.estimate import joints_of
 from symgen.identification.judgement import require_scale
 from symgen.identification.known_band import open_in_known_band
@@ -92,7 +93,6 @@ def payload(
         IdentificationError: the logs do not show a load, or there are neither parameters nor logs
             without the load.
     """
-    require_base(read_robot(robot), "payload", "symgen identify on a log with the load")
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
     if sensor and (frame or mass is not None or cutoff is not None):
@@ -101,6 +101,7 @@ def payload(
             "accepted: none of them"
         )
     if sensor:
+        require_base(read_robot(robot), "payload --sensor", "symgen payload without it")
         found = payload_by_wrench(read_robot(robot), loaded, reading, progress)
         if parameters is None and not bare:
             return found
@@ -150,6 +151,9 @@ def payload(
     )
     require_other_data([log.samples for log in campaign.train], [])
     groups = campaign.train[: len(loaded)], campaign.train[len(loaded) :]
+    if source.floating:
+        for some in groups:
+            _require_lifts(model, link, some)
     progress("solving")
     known = None if bare else in_file  # with logs without the load, X comes from them
     X = _without_load(evaluator, groups[1]) if known is None else known.X
@@ -216,11 +220,23 @@ def _load_errors(
         noise.relative,
         before.per_joint or (),
         after.per_joint or (),
+        None if before.base_force is None else (before, after),
     )
     traces = []
     for quantity, torques in ((WITHOUT, first), (WITH, second)):
         traces += [replace(trace, quantity=quantity, raw=None) for trace in torques.traces]
     return errors, tuple(traces)
+
+
+def _require_lifts(model: Model, link: int, logs: Sequence[FilteredLog]) -> None:
+    """Raise IdentificationError if unknown forces at contacts hide some of a load on a link."""
+    if logs and hides_load(model, link, logs):
+        robot = model.robot
+        still = ", ".join(contact.frame for contact in never_lifted(robot, logs))
+        raise IdentificationError(
+            f"{logs[0].name}: unknown forces at contacts hide some of a load on the link of "
+            f"{robot.label(link)}; accepted: logs in which these lift at times: {still or 'all'}"
+        )
 
 
 def _known_covariance(
@@ -271,10 +287,10 @@ def _require_link(problem: LoadProblem, X: FloatArray, link: int, after: float) 
         IdentificationError: a load on another link has less than half of the error.
     """
     robot, errors = problem.evaluator.model.robot, {link: after}
-    for joint in robot.movable:
-        other = problem.on_link(joint.number)
-        if joint.number != link and other.V.size:
-            errors[joint.number] = other.error(X)
+    for number in (0, *robot.numbers) if robot.floating else robot.numbers:
+        other = problem.on_link(number)
+        if number != link and other.V.size:
+            errors[number] = other.error(X)
     best = min(errors, key=lambda number: errors[number])
     if errors[best] < SHOWN * after:
         raise IdentificationError(

@@ -130,9 +130,9 @@ class Head:
 
 @dataclass(frozen=True)
 class PayloadTable:
-    """[payload]: a load on the link of a joint."""
+    """[payload]: a load on the link of a joint, or on link 0 of a floating base."""
 
-    joint: Annotated[int, JointNumber()]
+    joint: Annotated[int, JointNumber(base=True)]
 
 
 @dataclass(frozen=True)

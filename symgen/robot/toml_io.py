@@ -186,6 +186,9 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
             robot.frame(frame)
     if robot.mount is not None and not robot.imu:
         raise RobotError("base: accepted: with base = 'imu' or 'floating' in [robot]")
+    if robot.payload is not None:
+        with located("payload, key 'joint'"):
+            robot.joint(robot.payload)  # 0 is the link of a floating base
     if robot.contacts and not robot.floating:
         raise RobotError("contact: accepted: with base = 'floating' in [robot]")
     return robot

@@ -141,7 +141,7 @@ class Joint(Typed):
 
 
 #: Link 0 of a free base.
-_BASE_LINK = Joint(0, names.FIXED, 0, friction=(), rotor_inertia=False)
+_BASE_LINK = Joint(0, names.FIXED, 0, name="base", friction=(), rotor_inertia=False)
 
 
 def require_gravity(robot: Robot, what: str) -> None:
@@ -188,7 +188,7 @@ class Robot:
         base: "fixed"; "imu" if an IMU measures the motion of the base, an argument of calls;
             "floating" if the base moves freely, with link 0 and six equations.
         geometry: pairs (name, exact value); the names are symbols in the expressions of joints.
-        payload: number of the joint whose link carries a load, or None.
+        payload: number of the joint whose link carries a load, 0 for link 0, or None.
         sought: effects that a diagnosis searches. A robot with such effects has no model.
         frames: frames of links in a file of another format.
         sensor: force/torque sensor at one of these frames, or None.
@@ -265,7 +265,9 @@ class Robot:
     @property
     def load_link(self) -> int:
         """Number of the link that carries a load: that of [payload], or the last moving link."""
-        return self.payload or (self.movable[-1].number if self.movable else 0)
+        if self.payload is not None:
+            return self.payload
+        return self.movable[-1].number if self.movable else 0
 
     def frame(self, name: str) -> Frame:
         """Return the frame with this name.

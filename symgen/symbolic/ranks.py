@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -70,34 +70,71 @@ def exact_rank(robot: Robot, base: BaseParameters, parts: Sequence[EquationPart]
         base: its base parameters.
         parts: the equations that logs give.
     """
+    (rank,) = exact_ranks(robot, base, [parts])
+    return rank
+
+
+def exact_ranks(
+    robot: Robot, base: BaseParameters, systems: Sequence[Sequence[EquationPart]]
+) -> list[Rank]:
+    """Return the ranks of some systems of equations; see `exact_rank`.
+
+    The equations of a part are drawn once for all systems.
+
+    Args:
+        robot: a robot with a floating base.
+        base: its base parameters.
+        systems: the parts of each system.
+    """
     names = tuple(p.name for p in base.parameters if p.inertial)
-    robot, torques = _equations(robot, base)
-    ranks = set()
-    for sample in modulo_primes(
-        robot, lambda field: np.vstack([_rows(robot, torques, part, field) for part in parts])
-    ):
-        pivots, rows = reduce_rows(sample.matrix, sample.field.p)
-        shared = (rows != 0).sum(axis=1) > 1
-        known = {k for k, more in zip(pivots, shared, strict=True) if not more}
-        unknown = (name for k, name in enumerate(names) if k not in known)
-        ranks.add(Rank(len(pivots), tuple(unknown)))
-    if len(ranks) > 1:
+    parts = [*dict.fromkeys(part for system in systems for part in system)]
+    equations = _equations(robot, base)
+    samples = modulo_primes(
+        equations.robot,
+        lambda field: np.vstack([_rows(equations, part, field) for part in parts]),
+    )
+    ranks = []
+    for sample in samples:
+        rows = dict(zip(parts, np.split(sample.matrix, len(parts)), strict=True))
+        of_systems = (np.vstack([rows[part] for part in system]) for system in systems)
+        ranks.append([_rank(names, matrix, sample.field.p) for matrix in of_systems])
+    if ranks[0] != ranks[1]:
         raise SymgenError("the exact rank differs between primes: an unlucky draw")
-    return ranks.pop()
+    return ranks[0]
 
 
-def _equations(robot: Robot, base: BaseParameters) -> tuple[Robot, Tape]:
-    """Return the robot without friction, and the tape of its columns (m, p)."""
+def _rank(names: Sequence[str], matrix: Residues, p: int) -> Rank:
+    """Return the rank of rows modulo a prime, with the names of undetermined columns."""
+    pivots, rows = reduce_rows(matrix, p)
+    shared = (rows != 0).sum(axis=1) > 1
+    known = {k for k, more in zip(pivots, shared, strict=True) if not more}
+    unknown = (name for k, name in enumerate(names) if k not in known)
+    return Rank(len(pivots), tuple(unknown))
+
+
+class _Equations(NamedTuple):
+    """A robot without friction, and tapes of its columns (m, p) and of points of its links."""
+
+    robot: Robot
+    torques: Tape
+    jacobian: Tape
+    drift: Tape
+
+
+def _equations(robot: Robot, base: BaseParameters) -> _Equations:
+    """Return the equations of a robot."""
     joints = tuple(replace(joint, friction=()) for joint in robot.joints)
     robot = replace(robot, joints=joints, effects=()).with_values()
     tape, rows = torque_tape(robot), range(len(robot.equations))
     width = len(tape.outputs) // len(rows)
     places = [p.index for p in base.parameters if p.inertial]
-    return robot, tape.keep([row * width + place for row in rows for place in places])
+    torques = tape.keep([row * width + place for row in rows for place in places])
+    return _Equations(robot, torques, link_jacobian_tape(robot), link_drift_tape(robot))
 
 
-def _rows(robot: Robot, torques: Tape, part: EquationPart, field: PrimeField) -> Residues:
+def _rows(equations: _Equations, part: EquationPart, field: PrimeField) -> Residues:
     """Return a combination of the equations of a part at each of N states, (N, p)."""
+    robot, torques, jacobian, drifts = equations
     m, p = len(robot.equations), field.p
     width = len(torques.outputs) // m
     count = width + _MARGIN
@@ -124,16 +161,17 @@ def _rows(robot: Robot, torques: Tape, part: EquationPart, field: PrimeField) ->
     weight = np.zeros((count, m), np.int64)
     weight[:, _ROWS[part.rows]] = drawn(m)[:, _ROWS[part.rows]]
     if part.contacts:
-        J = at_contacts(link_jacobian_tape(robot))
+        J = at_contacts(jacobian)
         weight, speed = _null_vectors(field, J), _null_vectors(field, J)
         state |= _split(speed, "v", "w", "qd")
-        drift = at_contacts(link_drift_tape(robot))
+        drift = at_contacts(drifts)
         linear = [row < 3 for c in part.contacts for row in range(c.rows)]
         gravity = np.tile(drawn(3), sum(linear) // 3)
         drift[:, linear, 0] += gravity
         state |= _split(_solutions(field, J, drift % p), "f", "wd", "qdd")
     if part.flight:
-        X, wrenches = field.numbers(width), []
+        # all parts are of one robot
+        X, wrenches = np.random.default_rng(p).integers(1, p, width), []
         for k in range(_BASE + 1):  # linear in f and wd: six unit vectors, then zero
             unit = np.eye(1, _BASE, k, dtype=np.int64).repeat(count, axis=0)
             W = run(torques, m, **_split(unit, "f", "wd"))[:, :_BASE]

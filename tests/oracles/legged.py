@@ -108,11 +108,16 @@ class Legged:
         arm: the table.
         seed: of masses and inertias.
         feet: its feet.
+        loads: ten numbers of a load on a link, by its number.
     """
 
-    def __init__(self, arm: Arm, seed: int, feet: list[Foot]) -> None:
+    def __init__(
+        self, arm: Arm, seed: int, feet: list[Foot], loads: dict[int, np.ndarray] | None = None
+    ) -> None:
         links, _ = random_parameters(arm, seed)
         links = np.vstack([3 * links[0], links])
+        for link, load in (loads or {}).items():
+            links[link] += load
         self.arm, self.links, self.feet = arm, links, feet
         self.flyer = FreeFlyer(arm, links, np.zeros(arm.n))
         self.flyer.weight = np.zeros(3)  # f is the acceleration minus gravity

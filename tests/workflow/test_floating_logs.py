@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from browser import Page
 from scipy.spatial.transform import Rotation
 from support import parsed
 
@@ -101,19 +102,53 @@ def imu_of(motion: Motion, seed: int) -> np.ndarray:
     return noisy(seed + 3, np.hstack([f, w]), IMU)
 
 
+@dataclass(frozen=True)
+class Load:
+    """A load on a link: its mass, centre of mass, and inertia about it."""
+
+    link: int
+    mass: float
+    com: tuple[float, float, float]
+    inertia: tuple[float, ...]
+
+    @property
+    def true(self) -> np.ndarray:
+        return np.array([self.mass, *self.com, *self.inertia])
+
+    def on(self, case: Case) -> Legged:
+        """The robot with this load."""
+        c, inertia = np.array(self.com), np.zeros((3, 3))
+        inertia[np.triu_indices(3)] = self.inertia
+        steiner = self.mass * (c @ c * np.eye(3) - np.outer(c, c))
+        about = (inertia + steiner)[np.triu_indices(3)]
+        body = case.body
+        ten = np.array([*about, *self.mass * c, self.mass])
+        return Legged(body.arm, 3, body.feet, {self.link: ten})
+
+    def off(self, found: symgen.Payload) -> np.ndarray:
+        """Errors of what is found in standard deviations."""
+        pairs = zip([q for _, q, _ in found.rows()], self.true, strict=True)
+        return np.array([(q.value - x) / q.std for q, x in pairs if q.value is not None])
+
+
+BACKPACK = Load(0, 2.0, (0.05, -0.03, 0.12), (0.02, 0.001, 0.0, 0.03, 0.002, 0.025))
+CUFF = Load(2, 0.5, (0.02, 0.01, -0.05), (0.002, 0.0, 0.0, 0.002, 0.0, 0.001))
+
+
 @cache
-def walked(seed: int) -> tuple[Motion, np.ndarray, np.ndarray]:
+def walked(seed: int, load: Load | None = None) -> tuple[Motion, np.ndarray, np.ndarray]:
     """A motion of the walker, its torques, and the wrenches on both feet, (N, 12)."""
     t = times(16.0)
     q = waves(t, np.full(4, 0.8), 1.5, np.random.default_rng(seed + 100))
     motion = Motion(t, *base_waves(t, seed), q)
-    every, wrenches = walker().body.supported(motion, np.ones((len(t), 2), bool), 6)
+    body = walker().body if load is None else load.on(walker())
+    every, wrenches = body.supported(motion, np.ones((len(t), 2), bool), 6)
     return motion, every[:, 6:], wrenches.reshape(len(t), -1)
 
 
-def walk(seed: int) -> symgen.Log:
+def walk(seed: int, load: Load | None = None) -> symgen.Log:
     """A log of the walker, with the wrenches on its feet."""
-    motion, tau, wrenches = walked(seed)
+    motion, tau, wrenches = walked(seed, load)
     forces = noisy(seed + 4, wrenches, FORCE)
     return log_of(motion, tau, seed, imu=imu_of(motion, seed), forces=forces)
 
@@ -260,6 +295,9 @@ def test_flight_gives_parameters_from_the_torques_of_the_joints() -> None:
     estimate = symgen.identify(case.robot, log, method="wls")
     assert estimate.torque_validation.joints < 0.05
     assert np.isnan(estimate.torque_validation.base_force)  # there is no force
+    base, joints, both = estimate.identifiable.logged
+    assert (base.rank, joints.rank, both.rank) == (37, 28, 38)
+    assert base.equations == "forces on the base in flight"
     mass = next(p for p in estimate.parameters if p.name == "M0R")
     assert abs(mass.value / sum(case.body.links[:, 9]) - 1) < 0.1
 
@@ -295,10 +333,11 @@ def crawler() -> Case:
     return Case(body, parsed(text_of(arm, "\n".join([*frames, *contacts]))))
 
 
-def crawled(seed: int, *, lifts: bool, measured: int = 0) -> symgen.Log:
+def crawled(seed: int, *, lifts: bool, measured: int = 0, load: Load | None = None) -> symgen.Log:
     """A log of the crawler with the forces on some of its feet."""
     motion, touches = crawl(seed, 12.0, lifts=lifts)
-    tau, on_feet = crawler().body.supported(motion, touches, 3)
+    body = crawler().body if load is None else load.on(crawler())
+    tau, on_feet = body.supported(motion, touches, 3)
     forces = np.full((len(motion.t), 4, 6), np.nan)
     forces[:, :measured, :3] = noisy(seed + 4, on_feet[:, :measured], FORCE)
     forces[:, :measured, 3:] = 0.0
@@ -407,6 +446,105 @@ def not_visible(motion: Motion, flat: np.ndarray) -> list[str]:
     return [name for name, x in zip(model.base.names, large, strict=False) if x]
 
 
+def test_the_page_says_which_equations_show_the_parameters(walks, crawls, tmp_path) -> None:
+    base, joints, both = walks[2].identifiable.logged
+    assert (base.rank, base.unknown, both.rank, both.unknown) == (38, (), 38, ())
+    assert (joints.equations, joints.rank) == ("torques of the joints", 28)
+    assert joints.unknown == tuple(p.name for p in walks[2].parameters[:10])
+    walk, stand = (estimate.identifiable for estimate in crawls)
+    *sets, together = walk.logged
+    assert sum(part.share for part in sets) == pytest.approx(1)
+    assert {part.rank for part in sets} == {78, 79}
+    assert (together.rank, walk.lifted) == (walk.count, ()) == (82, ())
+    assert stand.unknown == ("M3", "M6", "M9", "M12")
+    first, *_, last = stand.lifted
+    assert (first.rank, first.unknown) == (79, ("M6", "M9", "M12"))
+    assert (last.equations, last.rank) == ("if each of them lifts once", 82)
+    symgen.write(crawls[1], tmp_path / "id")
+    assert load_result(tmp_path / "id").identifiable == stand
+    page = Page((tmp_path / "id" / "report.html").read_text(encoding="utf-8"))
+    assert "if foot3 lifts too79 of 82also M3 (1)" in page.text.replace("\n", "")
+    printed = symgen.report.store.content(crawls[0]).sections
+    assert [s.printed for s in printed if s.heading == "Identifiable parameters"] == [None]
+
+
+@pytest.fixture(scope="module")
+def alone(walks, tmp_path_factory) -> Path:
+    """The walker without a load."""
+    folder = tmp_path_factory.mktemp("alone") / "id"
+    symgen.write(walks[2], folder)
+    return folder
+
+
+def carrying(case: Case, link: int) -> symgen.Robot:
+    """The robot with [payload]."""
+    return parsed(f"{symgen.robot_toml(case.robot)}\n[payload]\njoint = {link}\n")
+
+
+@pytest.mark.parametrize("load", [BACKPACK, CUFF], ids=["base", "leg"])
+def test_a_load_on_a_link_is_found(alone, load: Load, tmp_path: Path) -> None:
+    robot = carrying(walker(), load.link)
+    found = symgen.payload(robot, walk(7, load), parameters=alone)
+    assert found.mass.value == pytest.approx(load.mass, rel=0.02)
+    off = load.off(found)
+    assert len(off) >= 7
+    assert np.abs(off).max() < 4
+    before, after = found.residual.floating
+    assert after.base_force < 0.1 * before.base_force
+    symgen.write(found, tmp_path / "load")
+    again = load_result(tmp_path / "load")
+    assert again.to_json() == found.to_json()
+    assert again.traces[0].measured.shape[1] == 10
+    page = Page((tmp_path / "load" / "report.html").read_text(encoding="utf-8"))
+    assert len(page.figures[0]) == 10
+    assert ("carries on its base" in page.text) == (load.link == 0)
+
+
+def test_a_load_on_another_link_is_named(alone) -> None:
+    with pytest.raises(symgen.SymgenError, match=r"base \(0\).+accepted: joint = 0 in \[payload\]"):
+        symgen.payload(walker().robot, walk(7, BACKPACK), parameters=alone)
+
+
+def test_logs_with_and_without_a_load_are_solved_together() -> None:
+    found = symgen.payload(carrying(walker(), 0), walk(7, BACKPACK), without=walk(1))
+    assert np.abs(BACKPACK.off(found)).max() < 4
+
+
+def test_a_sensor_of_a_floating_base_is_refused(walks) -> None:
+    with pytest.raises(symgen.SymgenError, match=r"payload --sensor.+symgen payload without it"):
+        symgen.payload(walker().robot, walks[0], sensor=True)
+
+
+def test_a_load_on_link_0_needs_a_floating_base() -> None:
+    text = text_of(walker().body.arm, "[payload]\njoint = 0\n", base="imu")
+    with pytest.raises(symgen.SymgenError, match=r"there is no joint 0; accepted: 1 to 4"):
+        parsed(text)
+
+
+@pytest.mark.slow
+def test_a_load_is_found_where_the_forces_are_hidden(crawls, tmp_path: Path) -> None:
+    """Also by a robot that stands on four feet; but not on a link whose foot never lifts."""
+    symgen.write(crawls[0], tmp_path / "id")
+    for load, lifts in ((BACKPACK, True), (BACKPACK, False), (CUFF, True)):
+        log = crawled(7, lifts=lifts, load=load)
+        found = symgen.payload(carrying(crawler(), load.link), log, parameters=tmp_path / "id")
+        assert np.abs(load.off(found)).max() < 4
+    shin = replace(CUFF, link=3)
+    log = crawled(7, lifts=False, load=shin)
+    with pytest.raises(symgen.SymgenError, match=r"hide some of a load.+joint 3; .+: foot3, foot6"):
+        symgen.payload(carrying(crawler(), 3), log, parameters=tmp_path / "id")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("load", [BACKPACK, CUFF], ids=["base", "leg"])
+def test_intervals_of_a_load_contain_it(alone, load: Load) -> None:
+    robot, off = carrying(walker(), load.link), []
+    for seed in range(100, 120):
+        found = symgen.payload(robot, walk(seed, load), parameters=alone)
+        off += load.off(found)[:4].tolist()
+    assert np.mean(np.abs(off) < 1.96) >= 0.88
+
+
 def test_a_drone_has_no_joints(tmp_path: Path) -> None:
     t = times(16.0)
     motion = Motion(t, *base_waves(t, 3), np.zeros((3, len(t), 0)))
@@ -443,7 +581,7 @@ def test_a_wrong_wrench_makes_the_estimate_doubtful(walks) -> None:
     assert "contact slips" in estimate.reasons[-1].text
 
 
-@pytest.mark.parametrize("command", [symgen.diagnose, symgen.payload])
+@pytest.mark.parametrize("command", [symgen.diagnose])
 def test_what_takes_no_floating_base_says_so(walks, command) -> None:
     with pytest.raises(symgen.SymgenError, match=r"floating base; accepted: symgen identify"):
         command(walker().robot, walks[0])

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.identification.estimate import Estimate, ParameterEstimate
+from symgen.errors import first_of
+from symgen.identification.estimate import Estimate, Identifiable, ParameterEstimate
 from symgen.identification.uses import KNOWN
 from symgen.report.content.parts import (
     PLAYBACK,
@@ -67,6 +68,13 @@ _DRIVES = (
     "column is the share of samples at this limit."
 )
 _VALUES = ("The distance is from the estimate, in standard deviations of the other value.",)
+_IDENTIFIABLE = (
+    "How many of the {} inertial parameters, or of their combinations, the equations of the "
+    "training logs determine if the motion is rich enough. symgen proves this by exact "
+    "elimination. A mass at a contact of unknown force changes no equation while it touches. "
+    "Friction shows in the torques of the joints."
+)
+_LISTED = 12  # parameters in a cell
 #: Correlation above which two parameters are listed as hardly distinguishable.
 CORRELATED = 0.9
 
@@ -118,6 +126,7 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
         *_suspected_sections(e),
         *_drive_sections(e),
         _known_section(e),
+        *([] if e.identifiable is None else [_identifiable_section(e.identifiable)]),
         *_simulation_sections(e),
         *(_values_sections(e) if e.prior else ()),
         _model_section(e),
@@ -258,6 +267,22 @@ def _known_section(e: Estimate) -> Section:
         f"Physical consistency: {e.physical.text}.",
     )
     return Section(heading, (_KNOWN, *told), Table(_COLUMNS, rows), printed=told)
+
+
+def _identifiable_section(found: Identifiable) -> Section:
+    """Return which equations of a floating base determine its parameters, and what else to log."""
+    rows = []
+    for part in (*found.logged, *found.lifted):
+        share, names, what = percent(part.share), part.unknown, "not"
+        if part in found.lifted:
+            names = tuple(name for name in found.unknown if name not in part.unknown)
+            share, what = "", "also"
+        listed = f"{what} {first_of(names, _LISTED)} ({len(names)})" if names else "all"
+        rows.append((part.equations, share, f"{part.rank} of {found.count}", listed))
+    table = Table(("equations", "samples", "determined", "parameters"), rows)
+    printed = () if found.unknown else None  # a terminal shows what is missing
+    text = _IDENTIFIABLE.format(found.count)
+    return Section("Identifiable parameters", (text,), table, printed=printed)
 
 
 def _weak_section(e: Estimate) -> Section:

@@ -245,13 +245,20 @@ def error_table(
         (joint.label, *size, *map(percent, shares))
         for joint, size, shares in zip(joints, sizes, each, strict=False)
     ]
-    for name, key in (("base force", "base_force"), ("base moment", "base_moment")):
-        shares = [getattr(r, key) for r in errors.values()]
-        if None not in shares:
-            rows.insert(0 if key == "base_force" else 1, (name, "", "", *map(percent, shares)))
+    rows = [(name, "", "", *x) for name, *x in base_rows([*errors.values()])] + rows
     every = "all joints" if first_error.base_force is None else "all"
     rows.append((every, "", "", *(percent(r.relative) for r in errors.values())))
     return Table(("joint", "RMS torque", "RMS error", *errors), rows)
+
+
+def base_rows(errors: Sequence[Residual]) -> list[tuple[str, ...]]:
+    """Return the errors of force and moment on a floating base; nothing for other bases."""
+    out = []
+    for name, key in (("base force", "base_force"), ("base moment", "base_moment")):
+        shares = [getattr(error, key) for error in errors]
+        if errors and None not in shares:
+            out.append((name, *map(percent, shares)))
+    return out
 
 
 def counted(count: int, noun: str) -> str:

@@ -14,6 +14,7 @@ from symgen.report.content.parts import (
     Content,
     Section,
     Table,
+    base_rows,
     errors_in_units,
     notes_section,
     number,
@@ -55,7 +56,8 @@ def payload_content(payload: Payload) -> Content:
     origin, text = _LOAD.format(payload.frame_label), f"Method: {payload.method}."
     load = Section("Load", (origin, text), table, printed=(origin,))
     if sensor is None:
-        error, place = "Torque error", f"on the link of {payload.link}"
+        link = f"the link of {payload.link}" if payload.joint else "its base"
+        error, place = "Torque error", f"on {link}"
         figure = partial(_residuals, payload)
         own = [
             Section("Residual with and without the load", (_RESIDUAL,), figure=figure),
@@ -111,19 +113,27 @@ def _errors(payload: Payload) -> Table:
         texts = [percent(ratio) for ratio in ratios]
         if payload.traces:
             measured = np.concatenate([t.measured for t in payload.traces if t.quantity == WITH])
-            sizes = errors_in_units(payload.joints, measured, ratios)
+            of_joints = measured[:, measured.shape[1] - len(ratios) :]
+            sizes = errors_in_units(payload.joints, of_joints, ratios)
             texts = [f"{error}, {text}" for (_, error), text in zip(sizes, texts, strict=True)]
         columns.append(texts)
     labels = [joint.label for joint in payload.joints]
     rows = [*zip(labels, *columns, strict=True)]
-    rows.append(("all joints", percent(residual.before), percent(residual.after)))
+    rows = base_rows(residual.floating or ()) + rows
+    rows.append(
+        (
+            "all" if residual.floating else "all joints",
+            percent(residual.before),
+            percent(residual.after),
+        )
+    )
     return Table(("joint", "error without the load", "error with it"), rows)
 
 
 def _residuals(payload: Payload) -> Figure | None:
-    panels, titles = [], [joint.torque for joint in payload.joints]
+    panels = []
     bare, loaded = ([t for t in payload.traces if t.quantity == key] for key in (WITHOUT, WITH))
     for without, t in zip(bare, loaded, strict=False):
         series = {"without the load": without.residual, "with the load": t.residual}
-        panels += joint_panels(titles, t.t, series, (t.log, "with the load"))
+        panels += joint_panels(payload.titles, t.t, series, (t.log, "with the load"))
     return Figure(tuple(panels)) if panels else None
