@@ -28,6 +28,7 @@ import numpy as np
 
 from symgen.data.mask import untouched
 from symgen.estimation.decimation import PER_PERIOD
+from symgen.estimation.falling import falling_frames
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog, Nodes, spans_of
 from symgen.estimation.floating import projected
@@ -204,6 +205,18 @@ def _momentum_terms(
     return momentum, rates
 
 
+def _friction_columns(
+    evaluator: Evaluator, q: FloatArray, qd: FloatArray, *, energy: bool
+) -> FloatArray:
+    """Return the columns of friction on a floating base: its power, or zero rows of the base and
+    the torques of the joints.
+    """
+    if energy:
+        return evaluator.friction_power(q, qd)[:, None]
+    torques = evaluator["friction_torque"](q, qd)
+    return np.pad(torques, ((0, 0), (len(evaluator.model.robot.free), 0), (0, 0)))
+
+
 #: Returns the equations of a log with their columns, see `torque_equations`.
 Filling = Callable[[Evaluator, Features | None], Rows]
 
@@ -227,8 +240,13 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
     q, qd = log.nodes(w.stride)
     energy = model == "energy"
     columns = _energy_terms if energy else _momentum_terms
-    signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
-    y = over_windows(signal, w, step)
+    frames, base_rows = None, log.base_rows
+    if base_rows:
+        frames, integrals = falling_frames(log, w)
+        y = integrals[:, -1:] if energy else integrals[:, :-1]
+    else:
+        signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
+        y = over_windows(signal, w, step)
     weight = np.ones(y.shape)
     if log.at_rest is not None and not energy:
         weight *= log.rest_weight(~untouched(log.at_rest, first, last))
@@ -239,13 +257,21 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
 
     def filled(evaluator: Evaluator, features: Features | None) -> Rows:
         integrated = partial(window_rows, len(q), w, step)
-        W = integrated(lambda at: columns(evaluator, q[at], qd[at]))
+        if frames is None:
+            W = integrated(lambda at: columns(evaluator, q[at], qd[at]))
+        else:
+            W = frames.energy(evaluator) if energy else frames.momentum(evaluator)
+            if W.shape[2] < len(evaluator.model.base.parameters):
+                friction = partial(_friction_columns, evaluator, energy=energy)
+                rates = rates_only(lambda at: friction(q[at], qd[at]))
+                W = np.concatenate([W, integrated(rates)], axis=2)
         F = None
         if features is not None:
-            functions = features.powers if energy else features.__call__
+            of_equations = partial(features.of_equations, base_rows=base_rows)
+            functions = features.powers if energy else of_equations
             F = integrated(rates_only(lambda at: functions(q[at], qd[at])))
-        names = evaluator.model.base.names
-        return Rows(names, W, y, t, weight, extents, energy, features=F)
+        names, shared = evaluator.model.base.names, base_rows > 0
+        return Rows(names, W, y, t, weight, extents, energy, features=F, shared=shared)
 
     return filled
 
