@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,14 +13,18 @@ from symgen.estimation.floating import touching
 from symgen.symbolic.ranks import EquationPart, exact_rank
 
 
-def determined(model: Model, logs: Sequence[FilteredLog]) -> list[int] | None:
+def determined(
+    model: Model, logs: Sequence[FilteredLog], rows: str = "all"
+) -> list[int] | None:
     """Return the parameters that the logs can show, by their contacts; None for all.
 
     Args:
         model: the model of a robot with a floating base.
         logs: the training logs.
+        rows: rows of their equations, see `EquationPart`.
     """
-    parts = sorted({part for log in logs for part in _parts(log)}, key=str)
+    kinds = {replace(part, rows=rows) for log in logs for part in _parts(log)}
+    parts = sorted(kinds, key=str)
     unknown = {*exact_rank(model.robot, model.base, parts).unknown}
     names = model.base.names
     known = [k for k, name in enumerate(names) if name not in unknown]

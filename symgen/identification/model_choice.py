@@ -206,9 +206,8 @@ def _best_model(
         The model with the smallest torque error, the first of equals, and the results of all
         models, that one first.
     """
-    shown: list[int] | None = None
-    if campaign.robot.floating:
-        shown = determined(campaign.evaluator.model, campaign.train)
+    evaluator = campaign.evaluator
+    shown: dict[str, list[int] | None] = {}
     compared = _equations(campaign, replace(_COMPARED, features=models[0].features))
     torques = block_summary(rows_of(compared), _COMPARED.gap)
     candidates, errors = list[ModelCandidate](), dict[str, IdentificationError]()
@@ -223,7 +222,10 @@ def _best_model(
         blocks = block_summary(rows_of(train), model.gap)
         prior = _weak_prior(campaign, train)
         held_out = prior.held_out((blocks, torques)).relative
-        known = _known_parameters(campaign, train, model) if partial else shown
+        rows = "power" if model.name == "energy" else "all"
+        if campaign.robot.floating and rows not in shown:
+            shown[rows] = determined(evaluator.model, campaign.train, rows)
+        known = _known_parameters(campaign, train, model) if partial else shown.get(rows)
         candidate = ModelCandidate(model, train, (blocks, torques), prior, held_out, known)
         candidates.append(_solved(campaign, candidate))
     if not candidates:
