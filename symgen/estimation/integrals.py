@@ -28,17 +28,6 @@ def window_weights(samples: int, last: Places, length: int) -> FloatArray:
     return _until(samples, last) - _until(samples, last - length)
 
 
-def running_integral(x: FloatArray) -> FloatArray:
-    """Return the integral of a signal (samples, ...) from its first sample to each, in steps."""
-    points = min(POINTS, len(x))
-    out = np.zeros_like(x)
-    for k in range(len(x) - 1):
-        first = min(max(k - (points - 2) // 2, 0), len(x) - points)
-        weights = _interval_weights(points, k - first)
-        out[k + 1] = out[k] + np.tensordot(weights, x[first : first + points], 1)
-    return out
-
-
 def _until(samples: int, at: Places) -> FloatArray:
     """Return the weights of samples in the integral up to some of them, up to a constant."""
     points = min(POINTS, samples)

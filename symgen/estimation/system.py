@@ -28,10 +28,11 @@ import numpy as np
 
 from symgen.data.mask import untouched
 from symgen.estimation.decimation import PER_PERIOD
-from symgen.estimation.falling import falling_frames
+from symgen.estimation.falling import FreeFall, free_fall
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog, Nodes, spans_of
 from symgen.estimation.floating import projected
+from symgen.estimation.integrals import POINTS
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import over_windows, place_windows, rates_only, window_rows
 from symgen.runtime.evaluator import Evaluator
@@ -183,38 +184,31 @@ def join(logs: Sequence[Rows]) -> Rows:
 
 
 def _energy_terms(
-    evaluator: Evaluator, q: FloatArray, qd: FloatArray
+    evaluator: Evaluator, q: FloatArray, qd: FloatArray, *base: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the columns of energy, (K, 1, p_inertial), and their slopes that no torque makes with
-    the columns of friction power, (K, 1, p).
+    the columns of friction power, (K, 1, p). `base` is v and w of a floating base.
     """
-    h = evaluator.energy_regressor(q, qd)
-    power = np.column_stack([np.zeros_like(h), evaluator.friction_power(q, qd)])
+    h = evaluator["energy_regressor"](*kernel_inputs((q, qd, *base)))
+    power = np.zeros_like(h)
+    if evaluator.has("friction_power"):
+        power = np.column_stack([power, evaluator["friction_power"](q, qd)])
     return h[:, None], power[:, None]
 
 
 def _momentum_terms(
-    evaluator: Evaluator, q: FloatArray, qd: FloatArray
+    evaluator: Evaluator, q: FloatArray, qd: FloatArray, *base: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the columns of momentum, (K, n, p_inertial), and of dL/dq and friction torque, (K, n,
-    p).
+    """Return the columns of momentum, (K, m, p_inertial), and of dL/dq and friction torque, (K, m,
+    p). `base` is v and w of a floating base.
     """
-    momentum, rates = evaluator["momentum_regressor"](q, qd)
+    momentum, rates = evaluator["momentum_regressor"](*kernel_inputs((q, qd, *base)))
     if evaluator.has("friction_torque"):
-        rates = np.concatenate([rates, evaluator["friction_torque"](q, qd)], axis=2)
+        friction = evaluator["friction_torque"](q, qd)
+        above = momentum.shape[1] - friction.shape[1]
+        rows = np.pad(friction, ((0, 0), (above, 0), (0, 0)))
+        rates = np.concatenate([rates, rows], axis=2)
     return momentum, rates
-
-
-def _friction_columns(
-    evaluator: Evaluator, q: FloatArray, qd: FloatArray, *, energy: bool
-) -> FloatArray:
-    """Return the columns of friction on a floating base: its power, or zero rows of the base and
-    the torques of the joints.
-    """
-    if energy:
-        return evaluator.friction_power(q, qd)[:, None]
-    torques = evaluator["friction_torque"](q, qd)
-    return np.pad(torques, ((0, 0), (len(evaluator.model.robot.free), 0), (0, 0)))
 
 
 #: Returns the equations of a log with their columns, see `torque_equations`.
@@ -240,13 +234,16 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
     q, qd = log.nodes(w.stride)
     energy = model == "energy"
     columns = _energy_terms if energy else _momentum_terms
-    frames, base_rows = None, log.base_rows
-    if base_rows:
-        frames, integrals = falling_frames(log, w)
-        y = integrals[:, -1:] if energy else integrals[:, :-1]
-    else:
-        signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
-        y = over_windows(signal, w, step)
+    base, speeds = None, log.qd
+    if log.base_rows:
+        base = free_fall(log)
+        speeds = np.hstack([*base.speeds(slice(None), 0), log.qd])
+    signal = np.sum(speeds * log.tau, axis=1, keepdims=True) if energy else log.tau
+    y = over_windows(signal, w, step)
+    if base is not None and energy:
+        push = base.rotation @ log.tau[:, :3, None]
+        excess = base.u[last] * over_windows(push[:, :, 0], w, step)
+        y -= excess.sum(axis=1, keepdims=True)
     weight = np.ones(y.shape)
     if log.at_rest is not None and not energy:
         weight *= log.rest_weight(~untouched(log.at_rest, first, last))
@@ -254,18 +251,17 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
         masked = log.mask.robot[:, None] if energy else log.mask.joint
         weight *= untouched(masked, first, last)
     extents = (Extent(len(y), w.correlation),)
+    base_rows, fall = log.base_rows, base and FreeFall(*(x[:: w.stride] for x in base))
 
     def filled(evaluator: Evaluator, features: Features | None) -> Rows:
         integrated = partial(window_rows, len(q), w, step)
-        if frames is None:
-            W = integrated(lambda at: columns(evaluator, q[at], qd[at]))
-        else:
-            W = frames.energy(evaluator) if energy else frames.momentum(evaluator)
-            if W.shape[2] < len(evaluator.model.base.parameters):
-                friction = partial(_friction_columns, evaluator, energy=energy)
-                rates = rates_only(lambda at: friction(q[at], qd[at]))
-                W = np.concatenate([W, integrated(rates)], axis=2)
-        F = None
+
+        def terms(at: slice) -> tuple[FloatArray, FloatArray]:
+            moving = () if fall is None else fall.speeds(at, at.stop - POINTS - 1)
+            return columns(evaluator, q[at], qd[at], *moving)
+
+        count = 1 if fall else None  # each window has its own frame
+        W, F = integrated(terms, count), None
         if features is not None:
             of_equations = partial(features.of_equations, base_rows=base_rows)
             functions = features.powers if energy else of_equations

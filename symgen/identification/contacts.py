@@ -13,9 +13,7 @@ from symgen.estimation.floating import touching
 from symgen.symbolic.ranks import EquationPart, exact_rank
 
 
-def determined(
-    model: Model, logs: Sequence[FilteredLog], rows: str = "all"
-) -> list[int] | None:
+def determined(model: Model, logs: Sequence[FilteredLog], rows: str = "all") -> list[int] | None:
     """Return the parameters that the logs can show, by their contacts; None for all.
 
     Args:
