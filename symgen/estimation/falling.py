@@ -25,6 +25,7 @@ import numpy as np
 from symgen.errors import IdentificationError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floating import touching
+from symgen.estimation.integrals import POINTS
 from symgen.estimation.values import FloatArray
 
 
@@ -41,9 +42,11 @@ class FreeFall(NamedTuple):
     u: FloatArray
     w: FloatArray
 
-    def speeds(self, at: slice, rest: int) -> list[FloatArray]:
-        """Return v and w, (k, 3) each, for the frame in which the base rests at a sample."""
-        u = self.u[at] - self.u[rest]
+    def speeds(self, at: slice) -> list[FloatArray]:
+        """Return v and w, (k, 3) each, in a span of `window_rows`: the base rests at the end of its
+        last window.
+        """
+        u = self.u[at] - self.u[at.stop - POINTS - 1]
         return [(u[:, None] @ self.rotation[at])[:, 0], self.w[at]]
 
 

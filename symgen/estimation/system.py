@@ -32,7 +32,6 @@ from symgen.estimation.falling import FreeFall, free_fall
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog, Nodes, spans_of
 from symgen.estimation.floating import projected
-from symgen.estimation.integrals import POINTS
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import over_windows, place_windows, rates_only, window_rows
 from symgen.runtime.evaluator import Evaluator
@@ -190,9 +189,7 @@ def _energy_terms(
     the columns of friction power, (K, 1, p). `base` is v and w of a floating base.
     """
     h = evaluator["energy_regressor"](*kernel_inputs((q, qd, *base)))
-    power = np.zeros_like(h)
-    if evaluator.has("friction_power"):
-        power = np.column_stack([power, evaluator["friction_power"](q, qd)])
+    power = np.column_stack([np.zeros_like(h), evaluator.friction_power(q, qd)])
     return h[:, None], power[:, None]
 
 
@@ -234,16 +231,16 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
     q, qd = log.nodes(w.stride)
     energy = model == "energy"
     columns = _energy_terms if energy else _momentum_terms
-    base, speeds = None, log.qd
-    if log.base_rows:
-        base = free_fall(log)
-        speeds = np.hstack([*base.speeds(slice(None), 0), log.qd])
-    signal = np.sum(speeds * log.tau, axis=1, keepdims=True) if energy else log.tau
-    y = over_windows(signal, w, step)
-    if base is not None and energy:
-        push = base.rotation @ log.tau[:, :3, None]
-        excess = base.u[last] * over_windows(push[:, :, 0], w, step)
-        y -= excess.sum(axis=1, keepdims=True)
+    base = free_fall(log) if log.base_rows else None
+    count = 1 if base else None  # each window has its own frame
+
+    def signal(at: slice) -> FloatArray:
+        if not energy:
+            return log.tau[at]
+        speeds = np.hstack([*(base.speeds(at) if base else ()), log.qd[at]])
+        return np.sum(speeds * log.tau[at], axis=1, keepdims=True)
+
+    y = over_windows(signal, len(log.t), w, step, count)
     weight = np.ones(y.shape)
     if log.at_rest is not None and not energy:
         weight *= log.rest_weight(~untouched(log.at_rest, first, last))
@@ -257,10 +254,8 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
         integrated = partial(window_rows, len(q), w, step)
 
         def terms(at: slice) -> tuple[FloatArray, FloatArray]:
-            moving = () if fall is None else fall.speeds(at, at.stop - POINTS - 1)
-            return columns(evaluator, q[at], qd[at], *moving)
+            return columns(evaluator, q[at], qd[at], *(fall.speeds(at) if fall else ()))
 
-        count = 1 if fall else None  # each window has its own frame
         W, F = integrated(terms, count), None
         if features is not None:
             of_equations = partial(features.of_equations, base_rows=base_rows)

@@ -115,16 +115,23 @@ def window_rows(
     return np.concatenate(parts)
 
 
-def over_windows(x: FloatArray, w: Windows, step: float) -> FloatArray:
-    """Return the integrals of a signal (N, m) over windows, (K, m).
+def over_windows(
+    x: Callable[[slice], FloatArray],
+    samples: int,
+    w: Windows,
+    step: float,
+    count: int | None = None,
+) -> FloatArray:
+    """Return the integrals of a signal over windows, (K, m).
 
     Args:
-        x: the signal at every sample.
-        w, step: as in `window_rows`.
+        x: function from a span of samples to the signal (k, m).
+        samples: number of samples.
+        w, step, count: as in `window_rows`.
     """
     every = Windows(1, w.steps * w.stride, w.hop * w.stride)
-    terms = rates_only(lambda at: x[at, :, None])
-    return window_rows(len(x), every, step, terms)[:, :, 0]
+    terms = rates_only(lambda at: x(at)[:, :, None])
+    return window_rows(samples, every, step, terms, count)[:, :, 0]
 
 
 def rates_only(rates: Callable[[slice], FloatArray]) -> Terms:
