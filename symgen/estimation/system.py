@@ -9,7 +9,8 @@ with h the energy regressor and f the columns of friction power. Momentum, n equ
     integral tau dt = {[p(t2) - p(t1)] - integral dL/dq dt} X_inertial + integral F dt X_friction
 
 with p and dL/dq the columns of the momentum regressor and F those of friction torque. Neither needs
-accelerations. Torque, n equations an instant: tau = W X, both sides through the low-pass of the
+accelerations. A floating base adds six equations to momentum, and the work of the measured forces
+to energy; both are those in a frame that falls freely (`falling.py`). Torque, n equations an instant: tau = W X, both sides through the low-pass of the
 comparison band (Gautier's parallel filter).
 
 Models are evaluated chunk by chunk at the nodes of a log. The band determines the spacing of the
@@ -248,7 +249,10 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
         masked = log.mask.robot[:, None] if energy else log.mask.joint
         weight *= untouched(masked, first, last)
     extents = (Extent(len(y), w.correlation),)
-    base_rows, fall = log.base_rows, base and FreeFall(*(x[:: w.stride] for x in base))
+    base_rows, fall = (
+        log.base_rows,
+        base and FreeFall(*(np.ascontiguousarray(x[:: w.stride]) for x in base)),
+    )
 
     def filled(evaluator: Evaluator, features: Features | None) -> Rows:
         integrated = partial(window_rows, len(q), w, step)

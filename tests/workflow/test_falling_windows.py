@@ -267,7 +267,7 @@ def test_a_long_log_is_read_in_segments(walks, tmp_path: Path, monkeypatch, mode
     wrenches = dict(zip(names, log.forces.T, strict=True))
     np.savez(tmp_path / "a.npz", **arrays, **wrenches)
     want = symgen.identify(robot, log, method="wls", model=model, cutoff=14)
-    monkeypatch.setattr(long_logs, "LIMIT", 1200)
+    monkeypatch.setattr(long_logs, "LIMIT", 2000)
     found = symgen.identify(robot, tmp_path / "a.npz", method="wls", model=model, cutoff=14)
     for p, x in zip(found.parameters, want.parameters, strict=True):
         assert abs(p.value - x.value) < 2 * x.std
