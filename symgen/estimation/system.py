@@ -9,8 +9,9 @@ with h the energy regressor and f the columns of friction power. Momentum, n equ
     integral tau dt = {[p(t2) - p(t1)] - integral dL/dq dt} X_inertial + integral F dt X_friction
 
 with p and dL/dq the columns of the momentum regressor and F those of friction torque. Neither needs
-accelerations. A floating base adds six equations to momentum, and the work of the measured forces
-to energy; both are those in a frame that falls freely (`falling.py`). Torque, n equations an instant: tau = W X, both sides through the low-pass of the
+accelerations. On a floating base, momentum has six more equations, and energy the work of measured
+forces, both in a frame that falls freely (`falling.py`). Torque, n equations (n + 6 on such a base)
+an instant: tau = W X, both sides through the low-pass of the
 comparison band (Gautier's parallel filter).
 
 Models are evaluated chunk by chunk at the nodes of a log. The band determines the spacing of the
@@ -239,7 +240,7 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
         if not energy:
             return log.tau[at]
         speeds = np.hstack([*(base.speeds(at) if base else ()), log.qd[at]])
-        return np.sum(speeds * log.tau[at], axis=1, keepdims=True)
+        return np.asarray(np.sum(speeds * log.tau[at], axis=1, keepdims=True))
 
     y = over_windows(signal, len(log.t), w, step, count)
     weight = np.ones(y.shape)
