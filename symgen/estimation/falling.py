@@ -46,8 +46,10 @@ class FreeFall(NamedTuple):
         """Return v and w, (k, 3) each, in a span of `window_rows`: the base rests at the end of its
         last window.
         """
-        u = self.u[at] - self.u[at.stop - POINTS - 1]
-        return [(u[:, None] @ self.rotation[at])[:, 0], self.w[at]]
+        end = at.stop - POINTS - 1
+        u = self.u[at] - self.u[end]
+        v = u[:, None] @ self.rotation[at]
+        return [v[:, 0], self.w[at]]
 
 
 def free_fall(log: FilteredLog) -> FreeFall:
@@ -71,8 +73,9 @@ def free_fall(log: FilteredLog) -> FreeFall:
             f"{frames[0]}.nz"
         )
     force, w, *_ = log.base
+    commutator = np.cross(w[:-1], w[1:])
     turns = np.diff(_integral(w, log.step), axis=0)
-    turns += log.step**2 / 12 * np.cross(w[:-1], w[1:])
+    turns += log.step**2 / 12 * commutator
     rotation = np.empty((*w.shape, 3))
     rotation[0] = np.eye(3)
     for k, turn in enumerate(Rotation.from_rotvec(turns).as_matrix()):
