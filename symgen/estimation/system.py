@@ -216,7 +216,7 @@ Filling = Callable[[Evaluator, Features | None], Rows]
 
 def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
     """Return the equations of one log in sliding windows, without their columns: one energy
-    equation, or one for each joint. The log itself is not kept.
+    equation, or one for each joint, behind those of a floating base. The log itself is not kept.
 
     Args:
         log: the log in the band of the run.
@@ -224,7 +224,8 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
         window: length of the windows, s.
 
     Raises:
-        IdentificationError: the window does not fit the log.
+        IdentificationError: the window does not fit the log, or a force on a floating base is
+            unknown.
     """
     w = place_windows(log, window)
     step = log.step
@@ -250,10 +251,8 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
         masked = log.mask.robot[:, None] if energy else log.mask.joint
         weight *= untouched(masked, first, last)
     extents = (Extent(len(y), w.correlation),)
-    base_rows, fall = (
-        log.base_rows,
-        base and FreeFall(*(np.ascontiguousarray(x[:: w.stride]) for x in base)),
-    )
+    base_rows = log.base_rows
+    fall = base and FreeFall(*(np.ascontiguousarray(x[:: w.stride]) for x in base))
 
     def filled(evaluator: Evaluator, features: Features | None) -> Rows:
         integrated = partial(window_rows, len(q), w, step)
