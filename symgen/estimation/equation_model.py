@@ -36,20 +36,18 @@ def require_model(robot: Robot, model: str) -> None:
     """Raise IdentificationError if a robot supports only the torque model and `model` is another
     one.
     """
-    if robot.loaded and model != "torque":
-        raise IdentificationError(
-            f"model {model}: the robot has effects that hold the torque of its links, which needs "
-            "accelerations; accepted: model torque"
-        )
-    if robot.imu and model != "torque":
-        raise IdentificationError(
-            f"model {model}: it {NOT_FOR[robot.base].format(robot.name)}; accepted: model torque"
-        )
+    if model in models_of(robot):
+        return
+    why = f"it {NOT_FOR[robot.base].format(robot.name)}"
+    if robot.loaded:
+        why = "the robot has effects that hold the torque of its links, which needs accelerations"
+    raise IdentificationError(f"model {model}: {why}; accepted: model torque")
 
 
 def models_of(robot: Robot) -> tuple[str, ...]:
     """Return the models that a robot supports."""
-    return ("torque",) if robot.loaded or robot.imu else tuple(NEEDED)
+    only_torque = robot.loaded or (robot.imu and not robot.floating)
+    return ("torque",) if only_torque else tuple(NEEDED)
 
 
 @dataclass(frozen=True)

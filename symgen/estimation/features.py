@@ -80,9 +80,9 @@ class Features:
         Args:
             nodes: a log in the band of the run, at its nodes.
         """
-        return nodes.modelled(lambda q, qd, *_: self._of_equations(q, qd, nodes.base_rows))
+        return nodes.modelled(lambda q, qd, *_: self.of_equations(q, qd, nodes.base_rows))
 
-    def _of_equations(self, q: FloatArray, qd: FloatArray, base_rows: int) -> FloatArray:
+    def of_equations(self, q: FloatArray, qd: FloatArray, base_rows: int) -> FloatArray:
         """Return the functions of all equations, (k, m, 2 WAVES)."""
         of_joints = self(q, qd)
         if not base_rows:

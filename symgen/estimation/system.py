@@ -9,7 +9,9 @@ with h the energy regressor and f the columns of friction power. Momentum, n equ
     integral tau dt = {[p(t2) - p(t1)] - integral dL/dq dt} X_inertial + integral F dt X_friction
 
 with p and dL/dq the columns of the momentum regressor and F those of friction torque. Neither needs
-accelerations. Torque, n equations an instant: tau = W X, both sides through the low-pass of the
+accelerations. On a floating base, momentum has six more equations, and energy the work of measured
+forces, both in a frame that falls freely (`falling.py`). Torque, n equations (n + 6 on such a base)
+an instant: tau = W X, both sides through the low-pass of the
 comparison band (Gautier's parallel filter).
 
 Models are evaluated chunk by chunk at the nodes of a log. The band determines the spacing of the
@@ -28,6 +30,7 @@ import numpy as np
 
 from symgen.data.mask import untouched
 from symgen.estimation.decimation import PER_PERIOD
+from symgen.estimation.falling import FreeFall, free_fall
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog, Nodes, spans_of
 from symgen.estimation.floating import projected
@@ -182,25 +185,28 @@ def join(logs: Sequence[Rows]) -> Rows:
 
 
 def _energy_terms(
-    evaluator: Evaluator, q: FloatArray, qd: FloatArray
+    evaluator: Evaluator, q: FloatArray, qd: FloatArray, *base: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the columns of energy, (K, 1, p_inertial), and their slopes that no torque makes with
-    the columns of friction power, (K, 1, p).
+    the columns of friction power, (K, 1, p). `base` is v and w of a floating base.
     """
-    h = evaluator.energy_regressor(q, qd)
+    h = evaluator["energy_regressor"](*kernel_inputs((q, qd, *base)))
     power = np.column_stack([np.zeros_like(h), evaluator.friction_power(q, qd)])
     return h[:, None], power[:, None]
 
 
 def _momentum_terms(
-    evaluator: Evaluator, q: FloatArray, qd: FloatArray
+    evaluator: Evaluator, q: FloatArray, qd: FloatArray, *base: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the columns of momentum, (K, n, p_inertial), and of dL/dq and friction torque, (K, n,
-    p).
+    """Return the columns of momentum, (K, m, p_inertial), and of dL/dq and friction torque, (K, m,
+    p). `base` is v and w of a floating base.
     """
-    momentum, rates = evaluator["momentum_regressor"](q, qd)
+    momentum, rates = evaluator["momentum_regressor"](*kernel_inputs((q, qd, *base)))
     if evaluator.has("friction_torque"):
-        rates = np.concatenate([rates, evaluator["friction_torque"](q, qd)], axis=2)
+        friction = evaluator["friction_torque"](q, qd)
+        above = momentum.shape[1] - friction.shape[1]
+        rows = np.pad(friction, ((0, 0), (above, 0), (0, 0)))
+        rates = np.concatenate([rates, rows], axis=2)
     return momentum, rates
 
 
@@ -210,7 +216,7 @@ Filling = Callable[[Evaluator, Features | None], Rows]
 
 def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
     """Return the equations of one log in sliding windows, without their columns: one energy
-    equation, or one for each joint. The log itself is not kept.
+    equation, or one for each joint, behind those of a floating base. The log itself is not kept.
 
     Args:
         log: the log in the band of the run.
@@ -218,7 +224,8 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
         window: length of the windows, s.
 
     Raises:
-        IdentificationError: the window does not fit the log.
+        IdentificationError: the window does not fit the log, or a force on a floating base is
+            unknown.
     """
     w = place_windows(log, window)
     step = log.step
@@ -227,8 +234,16 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
     q, qd = log.nodes(w.stride)
     energy = model == "energy"
     columns = _energy_terms if energy else _momentum_terms
-    signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
-    y = over_windows(signal, w, step)
+    base = free_fall(log) if log.base_rows else None
+    count = 1 if base else None  # each window has its own frame
+
+    def signal(at: slice) -> FloatArray:
+        if not energy:
+            return log.tau[at]
+        speeds = np.hstack([*(base.speeds(at) if base else ()), log.qd[at]])
+        return np.asarray(np.sum(speeds * log.tau[at], axis=1, keepdims=True))
+
+    y = over_windows(signal, len(log.t), w, step, count)
     weight = np.ones(y.shape)
     if log.at_rest is not None and not energy:
         weight *= log.rest_weight(~untouched(log.at_rest, first, last))
@@ -236,16 +251,22 @@ def window_filling(log: FilteredLog, model: str, window: float) -> Filling:
         masked = log.mask.robot[:, None] if energy else log.mask.joint
         weight *= untouched(masked, first, last)
     extents = (Extent(len(y), w.correlation),)
+    base_rows = log.base_rows
+    fall = base and FreeFall(*(np.ascontiguousarray(x[:: w.stride]) for x in base))
 
     def filled(evaluator: Evaluator, features: Features | None) -> Rows:
         integrated = partial(window_rows, len(q), w, step)
-        W = integrated(lambda at: columns(evaluator, q[at], qd[at]))
-        F = None
+
+        def terms(at: slice) -> tuple[FloatArray, FloatArray]:
+            return columns(evaluator, q[at], qd[at], *(fall.speeds(at) if fall else ()))
+
+        W, F = integrated(terms, count), None
         if features is not None:
-            functions = features.powers if energy else features.__call__
+            of_equations = partial(features.of_equations, base_rows=base_rows)
+            functions = features.powers if energy else of_equations
             F = integrated(rates_only(lambda at: functions(q[at], qd[at])))
-        names = evaluator.model.base.names
-        return Rows(names, W, y, t, weight, extents, energy, features=F)
+        names, shared = evaluator.model.base.names, base_rows > 0
+        return Rows(names, W, y, t, weight, extents, energy, features=F, shared=shared)
 
     return filled
 

@@ -180,14 +180,25 @@ def size_of_kind(size: FloatArray, sigma: Sequence[int] = ()) -> FloatArray:
     return np.maximum(sums, _NOTHING)
 
 
-def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Residual:
-    """Return ||y - W X|| / ||y|| of equations or their summaries, total and by joint."""
+def equation_residual(
+    parts: Sequence[Equations | Summary], X: FloatArray, kinds: Sequence[int] = ()
+) -> Residual:
+    """Return ||y - W X|| / ||y|| of equations or their summaries, total and by joint.
+
+    Args:
+        parts: the equations.
+        X: parameters, (p,).
+        kinds: (m,) kinds of the equations of joints; those of a floating base have errors of the
+            base.
+    """
     # only once, since parts may be files
     residuals = [(part.joint, part.rss(X), part.square) for part in parts]
     sums = np.zeros((2, 1 + max(joint or 0 for joint, _, _ in residuals)))
     for joint, error, size in residuals:
         sums[:, joint or 0] += error, size
-    return relative_error(sums[0], sums[1], by_joint=residuals[0][0] is not None)
+    by_joint = residuals[0][0] is not None
+    of_base = kinds if by_joint and BASE_FORCE in kinds else ()
+    return relative_error(sums[0], sums[1], of_base, by_joint=by_joint)
 
 
 def modelled_torque(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray:

@@ -81,7 +81,9 @@ def windows(step: float, stride: int, window: float) -> Windows:
     return Windows(stride, nodes, max(1, round(nodes / _OVERLAP)))
 
 
-def window_rows(nodes: int, w: Windows, step: float, terms: Terms) -> FloatArray:
+def window_rows(
+    nodes: int, w: Windows, step: float, terms: Terms, count: int | None = None
+) -> FloatArray:
     """Return the changes of functions of a motion over windows, and integrals, (K, m, a + c).
 
         s(t2) - s(t1) - integral slope dt,    integral r dt
@@ -90,10 +92,12 @@ def window_rows(nodes: int, w: Windows, step: float, terms: Terms) -> FloatArray
         nodes: number of nodes of a log.
         w: the windows of the log.
         step: sampling step, s.
-        terms: function from a span of nodes to s (k, m, a), and to slope and r (k, m, a + c).
+        terms: function from a span of nodes to s (k, m, a), and to slope and r (k, m, a + c). The
+            span ends POINTS nodes behind its last window.
+        count: number of windows of a span; None to choose it.
     """
     last = np.arange(w.steps, nodes, w.hop)
-    count = max(1, max(_CHUNK, 2 * w.steps) // w.hop)
+    count = count or max(1, max(_CHUNK, 2 * w.steps) // w.hop)
     parts = []
     for first in range(0, len(last), count):
         ends = last[first : first + count]
@@ -111,16 +115,23 @@ def window_rows(nodes: int, w: Windows, step: float, terms: Terms) -> FloatArray
     return np.concatenate(parts)
 
 
-def over_windows(x: FloatArray, w: Windows, step: float) -> FloatArray:
-    """Return the integrals of a signal (N, m) over windows, (K, m).
+def over_windows(
+    x: Callable[[slice], FloatArray],
+    samples: int,
+    w: Windows,
+    step: float,
+    count: int | None = None,
+) -> FloatArray:
+    """Return the integrals of a signal over windows, (K, m).
 
     Args:
-        x: the signal at every sample.
-        w, step: as in `window_rows`.
+        x: function from a span of samples to the signal (k, m).
+        samples: number of samples.
+        w, step, count: as in `window_rows`.
     """
     every = Windows(1, w.steps * w.stride, w.hop * w.stride)
-    terms = rates_only(lambda at: x[at, :, None])
-    return window_rows(len(x), every, step, terms)[:, :, 0]
+    terms = rates_only(lambda at: x(at)[:, :, None])
+    return window_rows(samples, every, step, terms, count)[:, :, 0]
 
 
 def rates_only(rates: Callable[[slice], FloatArray]) -> Terms:

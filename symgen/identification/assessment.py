@@ -102,7 +102,8 @@ def outcome(
     if model.name == "torque":
         residuals = torque_train.residual, torque_held.residual
     else:
-        train, held = (equation_residual(parts, settled.solution.X) for parts in equations)
+        X, kinds = settled.solution.X, torque_train.sigma
+        train, held = (equation_residual(parts, X, kinds) for parts in equations)
         residuals = train, held
     windows = sum(part.rows / part.correlation for part in equations[0])
     return Outcome(settled, *residuals, torque_train, torque_held, windows, repairs, notes)

@@ -51,6 +51,12 @@ def identifiable(model: Model, logs: Sequence[FilteredLog]) -> Identifiable:
     return Identifiable(model.inertial, rows[: len(parts) + 1], rows[len(parts) + 1 :])
 
 
+def hidden_in_power(model: Model, logs: Sequence[FilteredLog]) -> tuple[str, ...]:
+    """Return the inertial parameters that the energy model of logs without unknown forces hides."""
+    parts = [EquationPart("power", flight=log.samples.forces is None) for log in logs]
+    return exact_rank(model.robot, model.base, [*dict.fromkeys(parts)]).unknown
+
+
 def hides_load(model: Model, link: int, logs: Sequence[FilteredLog]) -> bool:
     """Return whether unknown forces at contacts hide some of a load on a link."""
     parts = [*_samples(model.robot, logs)]

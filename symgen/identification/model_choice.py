@@ -29,7 +29,7 @@ from symgen.estimation.solve import (
 from symgen.estimation.summary import Blocks, block_summary, summaries
 from symgen.estimation.torque_error import TorqueFit, percent
 from symgen.identification.campaign import Campaign
-from symgen.identification.contacts import identifiable
+from symgen.identification.contacts import hidden_in_power, identifiable
 from symgen.identification.estimate import Alternative, Identifiable
 from symgen.identification.instruments import instrumented
 from symgen.identification.proportional import blame_motion, motion_fault, proportional_joints
@@ -45,6 +45,7 @@ from symgen.identification.weak_prior import WeakPrior
 from symgen.parallel import Say
 from symgen.policy import AS_GOOD, KNOWN, ROUNDING, VARIES
 from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
 
 #: Torque equations, on which the models are compared.
 _COMPARED = EquationModel("torque", 0.0)
@@ -210,10 +211,8 @@ def _best_model(
         The model with the smallest torque error, the first of equals, and the results of all
         models, that one first.
     """
-    determined: list[int] | None = None
-    if shown is not None and shown.unknown:
-        names = campaign.evaluator.model.base.names
-        determined = [k for k, name in enumerate(names) if name not in shown.unknown]
+    evaluator = campaign.evaluator
+    hidden = () if shown is None else shown.unknown
     compared = _equations(campaign, replace(_COMPARED, features=models[0].features))
     torques = block_summary(rows_of(compared), _COMPARED.gap)
     candidates, errors = list[ModelCandidate](), dict[str, IdentificationError]()
@@ -228,7 +227,12 @@ def _best_model(
         blocks = block_summary(rows_of(train), model.gap)
         prior = _weak_prior(campaign, train)
         held_out = prior.held_out((blocks, torques)).relative
-        known = _known_parameters(campaign, train, model) if partial else determined
+        unknown = hidden
+        if campaign.robot.floating and model.name == "energy":
+            unknown = hidden_in_power(evaluator.model, campaign.train)
+        known = (
+            _known_parameters(campaign, train, model) if partial else _others(evaluator, unknown)
+        )
         candidate = ModelCandidate(model, train, (blocks, torques), prior, held_out, known)
         candidates.append(_solved(campaign, candidate))
     if not candidates:
@@ -251,6 +255,12 @@ def _solved(campaign: Campaign, candidate: ModelCandidate) -> ModelCandidate:
     except (IdentificationError, np.linalg.LinAlgError) as error:
         return replace(candidate, error=error)
     return replace(candidate, solution=solution, torques=campaign.torques(solution.X))
+
+
+def _others(evaluator: Evaluator, unknown: Sequence[str]) -> list[int] | None:
+    """Return the numbers of the other parameters; None for all."""
+    names = evaluator.model.base.names
+    return [k for k, name in enumerate(names) if name not in unknown] if unknown else None
 
 
 def _weak_prior(campaign: Campaign, train: Sequence[EquatedLog]) -> WeakPrior:

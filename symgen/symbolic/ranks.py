@@ -39,7 +39,8 @@ class EquationPart:
     """Equations that a span of a log gives.
 
     Attributes:
-        rows: "all", "base" for wrenches without torques, or "joints" for torques without wrenches.
+        rows: "all", "base" for wrenches without torques, "joints" for torques without wrenches, or
+            "power" for their power in a frame of any speed, as in the energy model.
         contacts: contacts that stay, with unknown forces; all rows count.
         flight: whether no force acts on the robot, for drawn X.
     """
@@ -159,7 +160,10 @@ def _rows(equations: _Equations, part: EquationPart, field: PrimeField) -> Resid
 
     state |= _split(drawn(m), "f", "wd", "qdd") | _split(drawn(_BASE), "v", "w")
     weight = np.zeros((count, m), np.int64)
-    weight[:, _ROWS[part.rows]] = drawn(m)[:, _ROWS[part.rows]]
+    if part.rows == "power":
+        weight = np.column_stack([*state["v"], *state["w"], *state["qd"]])
+    else:
+        weight[:, _ROWS[part.rows]] = drawn(m)[:, _ROWS[part.rows]]
     if part.contacts:
         J = at_contacts(jacobian)
         weight, speed = _null_vectors(field, J), _null_vectors(field, J)

@@ -219,7 +219,7 @@ def test_windows_take_the_integral_of_the_whole_log() -> None:
         expected = whole[last] - whole[last - length]
         found = 0.1 * window_weights(len(y), last, length) @ y
         np.testing.assert_allclose(found, expected, atol=1e-12)
-    chunked = over_windows(y, Windows(2, 12, 3), 0.1)
+    chunked = over_windows(lambda at: y[at], len(y), Windows(2, 12, 3), 0.1)
     last = np.arange(24, 400, 6)
     np.testing.assert_allclose(chunked, whole[last] - whole[last - 24], atol=1e-12)
 
