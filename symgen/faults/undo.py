@@ -149,10 +149,10 @@ def sharpened(log: FilteredLog, time: float, joints: Sequence[int]) -> FilteredL
     """Replace tau of some joints by tau + T d(tau)/dt."""
     smooth = log.rows.cutoff
     if smooth is None:
-        slope = np.gradient(log.tau, log.step, axis=0)
+        slope = np.gradient(log.samples.tau, log.step, axis=0)
     else:  # the slope within the comparison band
-        _, slope = lowpass_and_slopes(log.tau, log.step, 2 * smooth, 1)
-    tau, columns = log.tau.copy(), list(joints)
+        _, slope = lowpass_and_slopes(log.samples.tau, log.step, 2 * smooth, 1)
+    tau, columns = log.samples.tau.copy(), list(joints)
     tau[:, columns] += time * slope[:, columns]
     return replace(log, samples=replace(log.samples, tau=read_only(tau)))
 

@@ -52,7 +52,7 @@ class Span(Hypothesis):
         start, end: s, on the clock of the log, without half of the low-pass response at each end.
         first, last: samples of its first and last row. They contain the contact with a margin,
             because equations in another band reach other rows.
-        rows: (K, n) rows of all logs that it contains.
+        rows: (K, m) rows of all logs that it contains: of its joints, or on a floating base all.
         price: penalty for the spans and sets of joints that are tried, nats.
     """
 
@@ -84,10 +84,15 @@ class Span(Hypothesis):
         """Return what it is, and its log."""
         return f"{super().expression(robot)}, in {self.log}"
 
+    @property
+    def equations(self) -> list[int]:
+        """Its equations."""
+        return np.flatnonzero(self.rows.any(axis=0)).tolist()
+
     def fit(self, score: PredictiveScore) -> tuple[float, ScoreFit]:
         """Return the log-likelihood ratio of the span, less its price, and the fit without it."""
         gained, fit, variance = score.gained_without(self.rows)
-        at = np.array(self.joints)
+        at = self.equations
         count = np.sum((score.weight * self.rows)[:, at] ** 2, axis=0) / TEMPERATURE
         floor = score.misfit[at] ** 2
         ratio = _variance_ratio(count, variance[at] + floor, fit.variance[at] + floor)
@@ -97,7 +102,8 @@ class Span(Hypothesis):
         """Return the log with the samples of the span masked, if it is the log of this span."""
         if log.name != self.log:
             return log
-        return left_out(log, slice(self.first, self.last + 1), self.joints)
+        joints = self.joints or range(log.q.shape[1])
+        return left_out(log, slice(self.first, self.last + 1), joints)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,12 +122,12 @@ def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Cont
         size: (n,) RMS of the measured torque.
     """
     evidence, fit = span.fit(score)
-    was, joints = score.alone.variance, list(span.joints)
+    was, rows = score.alone.variance, span.equations
     now = was.copy()
-    now[joints] = np.minimum(was, fit.variance)[joints]
+    now[rows] = np.minimum(was, fit.variance)[rows]
     odds = evidence + math.log(span.definition.odds)
     torque = float(np.sqrt(np.max(was - now)))
-    return Contact(span, odds, *worth_and_gain(was, now, size, joints), torque)
+    return Contact(span, odds, *worth_and_gain(was, now, size, rows), torque)
 
 
 def likeliest_contact(
@@ -181,9 +187,10 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
                 found = log, begin, begin - rows.start, m, acting
     if found is None:
         return None
-    log, begin, at, m, joints = found
+    log, begin, at, m, acting = found
+    floats = log.base_rows > 0  # a force acts in the equations of the base, and in others
     contained = np.zeros(score.weight.shape, dtype=bool)
-    contained[begin : begin + m, joints] = True
+    contained[begin : begin + m, slice(None) if floats else acting] = True
     totals = np.concatenate(every)
     price = math.log(len(totals)) - float(np.logaddexp.reduce(totals) - most)
     price += len(score.misfit) * math.log(2)
@@ -191,7 +198,7 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
     first, last = log.kept[[at, at + m - 1]].tolist()
     inner = [first + margin, last - margin]
     start, end = log.t[inner].tolist()
-    place = definitions()[NAME], tuple(joints.tolist())
+    place = definitions()[NAME], () if floats else tuple(acting.tolist())
     return Span(*place, log.name, start, end, first, last, contained, price, measured=True)
 
 

@@ -20,7 +20,7 @@ from symgen.estimation.solve import shortest
 from symgen.estimation.system import join, torque_along, torque_at, torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import with_earlier_torques
-from symgen.hypotheses.changes import Change
+from symgen.hypotheses.changes import Change, Torque
 from symgen.hypotheses.effects import LogColumns, Score, Torques
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.rows import FittedRows, fitted, make_rows
@@ -120,14 +120,20 @@ class Problem:
         base = fitted(logs, self.base)
         return replace(self, base=base, held=held)
 
+    @property
+    def hides(self) -> bool:
+        """Whether unknown forces act at contacts."""
+        return any(log.hides for log in (*self.logs, *self.held))
+
     def piece(self, seconds: float) -> Problem:
         """Return the problem on the first seconds of each training log."""
         logs = []
         for log in self.logs:
             count = int(seconds / log.step)
             span = slice(0, count)
-            samples = log.samples.cut(span)
-            logs.append(replace(log, samples=samples, q=log.q[span], qd=log.qd[span]))
+            motion = {"q": log.q[span], "qd": log.qd[span]}
+            base = tuple(x[span] for x in log.base)
+            logs.append(replace(log, samples=log.samples.cut(span), base=base, **motion))
         if all(len(a.t) == len(b.t) for a, b in zip(logs, self.logs, strict=True)):
             return self
         return make_problem(self.evaluator, logs, (), self.known, self.misfit)
@@ -154,12 +160,16 @@ class Problem:
         Rows and joints keep their weights, and effects that use the model's torque keep that of
         the present parameters. The change must not reverse the logs.
         """
-        parts = []
+        parts, measured = [], list[FloatArray]()
         for log in self.logs:
-            motion = tuple(map(np.ascontiguousarray, change.undo(log.thinned).motion))
-            nodes = Nodes(log.rows, motion, None)
+            thinned = change.undo(log.thinned)
+            motion = tuple(map(np.ascontiguousarray, thinned.motion))
+            nodes = Nodes(log.rows, motion, None, thinned.contacts(), log.base_rows)
             parts.append(torque_rows(self.evaluator, nodes, self.X))
-        W, y = np.concatenate(parts), change.torque(self.torque)
+            if log.base_rows:  # forces depend on the positions of joints
+                measured.append(change.undo(log.unmasked).measured)
+        W = np.concatenate(parts)
+        y = np.concatenate(measured) if measured else self.torque_without(change)
         equations = np.concatenate([W, y[..., None]], axis=2)
         X = shortest(self.base.whitened(equations))
         return replace(self, base=replace(self.base, W=W, y=y, X=X))
@@ -201,19 +211,28 @@ class Problem:
         return lru_cache(maxsize=8)(self.changed)
 
     @cached_property
-    def torque(self) -> Callable[[float], FloatArray]:
+    def torque(self) -> Torque:
         """`_moved_torque`, which keeps the last torques: every step of a search asks for them."""
         return lru_cache(maxsize=64)(self._moved_torque)
 
-    def _moved_torque(self, earlier: float) -> FloatArray:
-        """Return the torque in the band, (K, n), moved earlier by some seconds."""
-        if not earlier:
-            return self.base.measured
+    def _moved_torque(self, earlier: float, places: int) -> FloatArray:
+        """Return the torque in the band, (K, n), moved earlier by some seconds, see `Torque`.
+
+        On a floating base, return what the torque of each joint adds to each equation, (K, m, n).
+        """
         parts = []
         for log in self.logs:
-            samples = with_earlier_torques(log.samples, earlier)
-            parts.append(log.unmasked.compared(samples.tau))
+            tau = with_earlier_torques(log.samples, earlier).tau if earlier else log.samples.tau
+            parts.append(_in_equations(log, np.roll(tau, -places, axis=1)))
         return np.concatenate(parts)
+
+    def torque_without(self, change: Change) -> FloatArray:
+        """Return the torque in the band, (K, m), with a change undone in the torque channels."""
+        torque = change.torque(self.torque)
+        if not self.robot.floating:
+            return torque
+        more = torque - self.torque(0.0, 0)
+        return np.asarray(self.base.measured + more.sum(axis=2))
 
     def stage(self, effects: Iterable[Score] = ()) -> Stage:
         """Return the problem with the columns of some effects."""
@@ -310,7 +329,24 @@ def make_problem(
 
 
 def _split(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> tuple[FloatArray, FloatArray]:
-    """Return the torque of a model along a log and its rigid-body part, (N, n) each."""
+    """Return the torque of a model along a log and its rigid-body part, (N, n) each.
+
+    On a floating base, measured wrenches carry a part of it.
+    """
     of_links = np.arange(len(X)) < evaluator.model.inertial
     rigid = np.where(of_links, X, 0.0)
-    return torque_along(evaluator, X, log), torque_along(evaluator, rigid, log)
+    first = log.base_rows
+    carried = log.tau[:, first:] - log.samples.tau if first else 0.0
+    torque, load = (torque_along(evaluator, x, log)[:, first:] - carried for x in (X, rigid))
+    return torque, load
+
+
+def _in_equations(log: FilteredLog, tau: FloatArray) -> FloatArray:
+    """Return torques of joints (N, n) in the band, (K, n).
+
+    On a floating base, return what each adds to each equation, (K, m, n).
+    """
+    if log.hides:
+        return log.unmasked.compared(tau[:, None] * log.spread(1))
+    torque = log.unmasked.compared(tau)
+    return torque[:, None] * log.spread(1) if log.base_rows else torque

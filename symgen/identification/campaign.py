@@ -33,7 +33,7 @@ from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load_model
 
-_UNSEARCHED = "delays, contacts and missing effects are not searched for on a floating base"
+_UNSEARCHED = "delays, contacts and missing effects are not searched for without forces or joints"
 
 
 @dataclass(frozen=True)
@@ -113,8 +113,15 @@ class Campaign:
         """Notes on the logs and on their band."""
         noted = [note for log in self.logs for note in log.samples.notes]
         drives = () if self.scales is None else self.scales.in_words
-        unsearched = (_UNSEARCHED,) if self.robot.floating else ()
+        unsearched = (_UNSEARCHED,) * self.unsearched
         return (*noted, *drives, *unsearched, f"band: {self.band.in_words()}")
+
+    @property
+    def unsearched(self) -> bool:
+        """Whether nothing can be searched for: a base floats in flight, or without joints."""
+        samples = (log.samples for log in self.logs)
+        flies = any(s.forces is None and s.touches is None for s in samples)
+        return self.robot.floating and (flies or not self.robot.n)
 
     def torques(self, X: FloatArray) -> tuple[TorqueFit, TorqueFit]:
         """Compare the torques of the training and of the validation logs with those of X, (p,)."""

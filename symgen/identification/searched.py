@@ -23,8 +23,8 @@ _ROUNDS = 3  # most searches; each may find a fault that the ones before hid
 def searched(campaign: Campaign, least: float) -> Campaign:
     """Search for missing effects and faults of the logs, and undo delays and contacts.
 
-    The logs of a floating base are not searched. A delay of more than one kept row spoils the
-    choice of the band, which is then repeated.
+    Logs of a flight, and those of a robot without joints, are not searched. A delay of more than
+    one kept row spoils the choice of the band, which is then repeated.
 
     Args:
         campaign: the logs.
@@ -35,7 +35,7 @@ def searched(campaign: Campaign, least: float) -> Campaign:
     broken = tuple(Reason(BROKEN, text=f.why) for f in every)
     if broken:
         return replace(campaign, answer=Answer(shown=broken))
-    if campaign.robot.floating:
+    if campaign.unsearched:
         return campaign
     delays = tuple[Changed, ...]()
     contacts = tuple[Contact, ...]()
@@ -64,7 +64,8 @@ def searched(campaign: Campaign, least: float) -> Campaign:
 def _without(campaign: Campaign, contacts: Sequence[Contact]) -> Campaign:
     """Return the logs with the samples of contacts masked."""
     for contact in contacts:
-        span, where = contact.cause, campaign.robot.listed(contact.joints)
+        span, robot = contact.cause, campaign.robot
+        where = robot.listed(contact.joints) if contact.joints else "the robot"
         fault = Fault(
             span.log,
             "tau",
