@@ -201,7 +201,7 @@ def _on_training(item: Judged) -> Weighed:
 
 
 def _floor(result: SearchResult) -> FloatArray:
-    """Return the squared ratio of noise floor to torque on the validation logs, as `Residual.parts`.
+    """Return the squared ratio of noise floor to torque on the validation logs, see `parts`.
 
     The motion's part takes the declared model. An unknown floor counts as zero.
     """

@@ -223,7 +223,6 @@ class LogColumns:
             out.append(of_candidate)
         return out
 
-
     def _by_equation(self, log: FilteredLog, stride: int, columns: Columns) -> Columns:
         """Return columns on joints by equation of a floating base.
 

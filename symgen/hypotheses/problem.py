@@ -131,9 +131,8 @@ class Problem:
         for log in self.logs:
             count = int(seconds / log.step)
             span = slice(0, count)
-            motion = {"q": log.q[span], "qd": log.qd[span]}
-            base = tuple(x[span] for x in log.base)
-            logs.append(replace(log, samples=log.samples.cut(span), base=base, **motion))
+            samples, base = log.samples.cut(span), tuple(x[span] for x in log.base)
+            logs.append(replace(log, samples=samples, q=log.q[span], qd=log.qd[span], base=base))
         if all(len(a.t) == len(b.t) for a, b in zip(logs, self.logs, strict=True)):
             return self
         return make_problem(self.evaluator, logs, (), self.known, self.misfit)

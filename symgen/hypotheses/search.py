@@ -258,8 +258,8 @@ class Judge:
             again = self._scored(stage, effect)
             e = explained(stage.rows, again.columns)
             rivals = []
-            first = len(stage.problem.robot.free)
-            reached = frozenset(row - first for row in effect.columns if row >= first)
+            before = len(stage.problem.robot.free)
+            reached = frozenset(row - before for row in effect.columns if row >= before)
             for s in self.options(stage, reached):
                 if s.key in result.keys:
                     continue
