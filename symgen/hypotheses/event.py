@@ -33,7 +33,7 @@ from symgen.hypotheses.score import (
     ScoreFit,
     worth_and_gain,
 )
-from symgen.policy import MISFIT, TEMPERATURE
+from symgen.policy import MISFIT
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 
@@ -93,7 +93,7 @@ class Span(Hypothesis):
         """Return the log-likelihood ratio of the span, less its price, and the fit without it."""
         gained, fit, variance = score.gained_without(self.rows)
         at = self.equations
-        count = np.sum((score.weight * self.rows)[:, at] ** 2, axis=0) / TEMPERATURE
+        count = np.sum((score.weight * self.rows)[:, at] ** 2, axis=0) / score.temperature
         floor = score.misfit[at] ** 2
         ratio = _variance_ratio(count, variance[at] + floor, fit.variance[at] + floor)
         return gained + float(ratio.sum()) - self.price, fit
@@ -177,7 +177,7 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
         for m in _lengths(log):
             begins = np.arange(rows.start, rows.stop - m + 1, max(1, m // _STARTS))
             inside = sums[:, begins + m] - sums[:, begins]
-            gains = _gains(inside, sums[:, -1], score.misfit**2)
+            gains = _gains(inside, sums[:, -1], score.misfit**2, score.temperature)
             total = np.maximum(gains, 0.0).sum(axis=1)
             every.append(total)
             at = int(np.argmax(total))
@@ -214,13 +214,16 @@ def _lengths(log: FilteredLog) -> Iterator[int]:
         length *= _RATIO
 
 
-def _gains(inside: FloatArray, all_rows: FloatArray, floor: FloatArray) -> FloatArray:
+def _gains(
+    inside: FloatArray, all_rows: FloatArray, floor: FloatArray, temperature: float
+) -> FloatArray:
     """Return the gain of a separate variance in each span, less its price, (P, n).
 
     Args:
         inside: squares and counts of rows in each span, (2, P, n, folds).
         all_rows: squares and counts of all rows, (2, n, folds).
         floor: (n,) variance of the misfit.
+        temperature: number of correlated rows that count as one.
     """
 
     def cost(sums: FloatArray, floor: FloatArray) -> FloatArray:
@@ -234,6 +237,6 @@ def _gains(inside: FloatArray, all_rows: FloatArray, floor: FloatArray) -> Float
     fell = fell - cost(all_rows[:, None] - inside, by_fold).sum(axis=2)
     larger = span[0] * whole[1] > whole[0] * span[1]
     # The price of a separate variance is the ratio of its prior width to its posterior width.
-    count = np.maximum(span[1] / TEMPERATURE / np.pi, 1)
+    count = np.maximum(span[1] / temperature / np.pi, 1)
     price = math.log(_RANGE) + 0.5 * np.log(count)
-    return np.where(larger, 0.5 / TEMPERATURE * fell - price, 0.0)
+    return np.where(larger, 0.5 / temperature * fell - price, 0.0)

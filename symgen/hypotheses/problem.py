@@ -16,7 +16,7 @@ from symgen import names
 from symgen.codegen.model import regrouping
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.filtered_log import FilteredLog, Nodes
-from symgen.estimation.solve import shortest
+from symgen.estimation.solve import column_norms, shortest
 from symgen.estimation.system import join, torque_along, torque_at, torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import with_earlier_torques
@@ -25,7 +25,7 @@ from symgen.hypotheses.effects import LogColumns, Score, Torques
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.rows import FittedRows, fitted, make_rows
 from symgen.hypotheses.score import Key, PredictiveScore, motion_folds
-from symgen.policy import MISFIT
+from symgen.policy import MISFIT, TEMPERATURE
 from symgen.robot.expressions import exact
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
@@ -76,6 +76,21 @@ class Problem:
     def X(self) -> FloatArray:
         """(p,) parameters of the model, fixed or fitted to the training logs."""
         return self.base.X if self.known is None else self.known
+
+    @cached_property
+    def temperature(self) -> float:
+        """Number of correlated rows that count as one in the score.
+
+        On a floating base, noise of its motion is in all equations of a sample, and projected
+        equations depend on each other. The number is then multiplied by |C|^2/m, with C the (m, m)
+        correlation of the residuals.
+        """
+        if not self.robot.floating:
+            return TEMPERATURE
+        rows = self.base.whitened_residual
+        unit = rows / column_norms(rows)
+        C = unit.T @ unit
+        return TEMPERATURE * float(np.mean(np.sum(C**2, axis=0)))
 
     @cached_property
     def held_rows(self) -> FittedRows:
@@ -301,7 +316,8 @@ class Stage:
         """The score of further candidates, which are added to these effects."""
         rows, problem = self.rows, self.problem
         misfit = problem.misfit * problem.base.size
-        return PredictiveScore(rows.W, rows.residual, rows.weight, rows.sigma, problem.fold, misfit)
+        fitted_rows = rows.W, rows.residual, rows.weight, rows.sigma
+        return PredictiveScore(*fitted_rows, problem.fold, misfit, problem.temperature)
 
     @cached_property
     def log_columns(self) -> LogColumns:

@@ -84,8 +84,8 @@ def motion_folds(logs: Sequence[FilteredLog]) -> NDArray[np.intp]:
     A fold consists of regions of state: positions and speeds of all joints. Each fold is therefore
     motion that the others lack, and repeated motion stays in one fold. If the motion crosses the
     regions so fast that most samples lie between folds, spans of time replace the regions. They do
-    so too where unknown forces act at contacts: a region may hold every lift of a foot, and the
-    other folds would then not determine the parameters.
+    so too on a floating base: a region may hold every lift of a foot, and the other folds would
+    then not determine the parameters.
     """
     from scipy.cluster.vq import kmeans2
 
@@ -96,7 +96,7 @@ def motion_folds(logs: Sequence[FilteredLog]) -> NDArray[np.intp]:
     regions = min(_REGIONS, len(state))
     _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=_ROUNDS)
     fold = _separate(logs, _filled(region))
-    if np.mean(fold < 0) > _LOST or any(log.hides for log in logs):
+    if np.mean(fold < 0) > _LOST or logs[0].base_rows:
         spans = np.arange(len(state)) * regions // len(state)
         fold = _separate(logs, spans % FOLDS)
     return fold
@@ -221,6 +221,7 @@ class PredictiveScore:
         sigma: (n,) standard deviation that weights the joints in the fits, N m or N.
         fold: (K,) from `motion_folds`.
         misfit: (n,) smallest error to expect of any model, N m or N.
+        temperature: number of correlated rows that count as one.
     """
 
     W: FloatArray
@@ -229,6 +230,7 @@ class PredictiveScore:
     sigma: FloatArray
     fold: NDArray[np.intp]
     misfit: FloatArray
+    temperature: float = TEMPERATURE
 
     @cached_property
     def _order(self) -> NDArray[np.intp]:
@@ -309,7 +311,7 @@ class PredictiveScore:
         count = np.maximum(self.counts, TINY)
         variance = squares / count + self.misfit[:, None] ** 2
         logs = np.log(np.maximum(variance, TINY))
-        score = -0.5 / TEMPERATURE * np.sum(self.counts * logs, axis=(-2, -1))
+        score = -0.5 / self.temperature * np.sum(self.counts * logs, axis=(-2, -1))
         return score, (squares.sum(axis=-1) / count.sum(axis=1))
 
     def _in_units(self, squares: FloatArray) -> FloatArray:

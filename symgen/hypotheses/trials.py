@@ -198,7 +198,7 @@ def _as_recorded(alone: Stage, change: Change, fit: ScoreFit, counts: FloatArray
     squared = change.scale(alone.problem.robot) ** 2
     variance = squared[:, None] * fit.squares / np.maximum(counts, 1.0)
     logs = np.log(np.maximum(variance + score.misfit[:, None] ** 2, TINY))
-    density = -0.5 / TEMPERATURE * float(np.sum(score.counts * logs))
+    density = -0.5 / score.temperature * float(np.sum(score.counts * logs))
     return fit._replace(score=density, variance=fit.variance * squared)
 
 
