@@ -181,3 +181,14 @@ def left_out(log: FilteredLog, at: slice, joints: Sequence[int]) -> FilteredLog:
     there = np.zeros(len(log.t), dtype=bool)
     there[at] = True
     return replace(log, samples=mask_samples(log.samples, there, joints))
+
+
+def touching_in(log: FilteredLog, at: slice, frame: str) -> FilteredLog:
+    """Set the flag of a contact of a floating base to 1 in some samples."""
+    samples = log.samples
+    assert samples.touches is not None
+    assert samples.robot is not None
+    touches = samples.touches.copy()
+    frames = [contact.frame for contact in samples.robot.contacts]
+    touches[at, frames.index(frame)] = 1.0
+    return replace(log, samples=replace(samples, touches=read_only(touches)))

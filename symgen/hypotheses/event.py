@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
-from symgen.faults.undo import left_out
+from symgen.faults.undo import left_out, touching_in
 from symgen.hypotheses.judged import Hypothesis, Judged, Size
 from symgen.hypotheses.score import (
     FREEDOM,
@@ -54,6 +54,8 @@ class Span(Hypothesis):
             because equations in another band reach other rows.
         rows: (K, m) rows of all logs that it contains: of its joints, or on a floating base all.
         price: penalty for the spans and sets of joints that are tried, nats.
+        frame: declared contact of a floating base that touches in it, though its flag is 0; "" if
+            a force acts elsewhere.
     """
 
     log: str
@@ -63,6 +65,7 @@ class Span(Hypothesis):
     last: int
     rows: NDArray[np.bool_]
     price: float
+    frame: str = ""
 
     @property
     def key(self) -> Key:
@@ -98,10 +101,22 @@ class Span(Hypothesis):
         ratio = _variance_ratio(count, variance[at] + floor, fit.variance[at] + floor)
         return gained + float(ratio.sum()) - self.price, fit
 
-    def mask(self, log: FilteredLog) -> FilteredLog:
-        """Return the log with the samples of the span masked, if it is the log of this span."""
+    def in_words(self, robot: Robot) -> str:
+        """Return what acts, and when."""
+        if not self.frame:
+            return super().in_words(robot)
+        times = f"from {self.start:.3g} to {self.end:.3g} s"
+        return f"{self.frame} touches {times}, and {self.frame}.contact is 0"
+
+    def undo(self, log: FilteredLog) -> FilteredLog:
+        """Return the log with the samples of the span masked, or with its contact touching there.
+
+        Logs of other names stay unchanged.
+        """
         if log.name != self.log:
             return log
+        if self.frame:
+            return touching_in(log, slice(self.first, self.last + 1), self.frame)
         joints = self.joints or range(log.q.shape[1])
         return left_out(log, slice(self.first, self.last + 1), joints)
 

@@ -83,11 +83,13 @@ class Problem:
 
         On a floating base, noise of its motion is in all equations of a sample, and projected
         equations depend on each other. The number is then multiplied by |C|^2/m, with C the (m, m)
-        correlation of the residuals.
+        correlation of the residuals, clipped at their medians so that short spans count little.
         """
         if not self.robot.floating:
             return TEMPERATURE
-        rows = self.base.whitened_residual
+        residual = self.base.whitened_residual[self.base.weight.any(axis=1)]
+        usual = np.median(np.abs(residual), axis=0)
+        rows = np.clip(residual, -usual, usual)
         unit = rows / column_norms(rows)
         C = unit.T @ unit
         return TEMPERATURE * float(np.mean(np.sum(C**2, axis=0)))
@@ -125,14 +127,16 @@ class Problem:
         return replace(self, base=base, held=held, fold=fold, undone=undone)
 
     def without(self, contacts: Iterable[Contact]) -> Problem:
-        """Return the problem with the samples of contacts masked."""
-        logs, held = self.logs, self.held
+        """Return the problem with contacts undone, see `Span.undo`."""
+        logs, held, contacts = self.logs, self.held, [*contacts]
         for contact in contacts:
-            logs = tuple(map(contact.cause.mask, logs))
-            held = tuple(map(contact.cause.mask, held))
+            logs = tuple(map(contact.cause.undo, logs))
+            held = tuple(map(contact.cause.undo, held))
         if (logs, held) == (self.logs, self.held):
             return self
-        base = fitted(logs, self.base)
+        projects = any(contact.cause.frame for contact in contacts)
+        same = self.base if not projects else make_rows(self.evaluator, logs, self.known)
+        base = fitted(logs, same)
         return replace(self, base=base, held=held)
 
     @property

@@ -43,6 +43,7 @@ from symgen.hypotheses.score import (
 )
 from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
+from symgen.hypotheses.touches import with_frame
 from symgen.hypotheses.trials import exact_change, exact_gravity, motion_trials, torque_trials
 from symgen.parallel import Say, silent
 from symgen.policy import ALIKE, APART, LEAST, LISTED, LOUD, SAME, SHOWN, SURE
@@ -178,7 +179,7 @@ class Judge:
         if self.registry.contacts:
             contact = likeliest_contact(stage.score, problem.logs, problem.base.size)
             if contact is not None:
-                yield contact
+                yield with_frame(stage, contact) if contact.odds > 0 else contact
         if not self.registry.changes or problem.is_fixed:
             return
         loud, moved = self._loud(stage), list[Changed]()

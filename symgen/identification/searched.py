@@ -62,21 +62,22 @@ def searched(campaign: Campaign, least: float) -> Campaign:
 
 
 def _without(campaign: Campaign, contacts: Sequence[Contact]) -> Campaign:
-    """Return the logs with the samples of contacts masked."""
+    """Return the logs with contacts undone: their samples masked, or their flags set."""
     for contact in contacts:
         span, robot = contact.cause, campaign.robot
         where = robot.listed(contact.joints) if contact.joints else "the robot"
+        what = f"contact of {where}, {span.start:.3g} to {span.end:.3g} s"
         fault = Fault(
             span.log,
-            "tau",
-            f"contact of {where}, {span.start:.3g} to {span.end:.3g} s",
+            f"{span.frame}.contact" if span.frame else "tau",
+            span.in_words(robot) if span.frame else what,
             samples=span.last - span.first + 1,
-            done="left out",
+            done="set to 1" if span.frame else "left out",
             kind=contact.definition.name,
             joints=contact.joints,
         )
         repairs = (*campaign.repairs, fault)
-        campaign = replace(campaign.changed(span.mask), repairs=repairs)
+        campaign = replace(campaign.changed(span.undo), repairs=repairs)
     return campaign
 
 
