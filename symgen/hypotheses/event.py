@@ -99,6 +99,8 @@ class Span(Hypothesis):
         count = np.sum((score.weight * self.rows)[:, at] ** 2, axis=0) / score.temperature
         floor = score.misfit[at] ** 2
         ratio = _variance_ratio(count, variance[at] + floor, fit.variance[at] + floor)
+        if not self.joints:  # all equations are left out, and the force acts in some of them
+            ratio = np.maximum(ratio, 0.0)
         return gained + float(ratio.sum()) - self.price, fit
 
     def in_words(self, robot: Robot) -> str:
