@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from symgen.estimation.floating import (
     contact_jacobian,
     measured_forces,
     projected,
+    touching,
     upward,
 )
 from symgen.estimation.values import FloatArray
@@ -139,6 +140,11 @@ class FilteredLog:
         """Positions for Jacobians, which are the same for every cutoff, (N, n)."""
         return smoothed(self.samples.q, self.step, MARGIN * self.band.comparison_hz)
 
+    @cached_property
+    def hides(self) -> bool:
+        """Whether unknown forces act at contacts."""
+        return touching(self.samples) is not None
+
     def contacts(self, stride: int = 1) -> FloatArray | None:
         """Return the Jacobian of contacts with unknown forces, at every `stride`-th sample."""
         if self.samples.touches is None:
@@ -151,6 +157,20 @@ class FilteredLog:
     def _up(self) -> FloatArray | None:
         """The direction against gravity, (N, 3), if a foot is round."""
         return upward(self.samples)
+
+    @cached_property
+    def spread(self) -> Callable[[int], FloatArray]:
+        """`_spread`, which keeps the last ones: every candidate of a search asks for them."""
+        return lru_cache(maxsize=2)(self._spread)
+
+    def _spread(self, stride: int) -> FloatArray:
+        """Return what a torque of 1 N m of each joint adds to each equation, (k, m, n), at every
+        `stride`-th sample; k = 1 if this is the same for all samples.
+        """
+        n = self.width - self.base_rows
+        alone = np.pad(np.eye(n), ((self.base_rows, 0), (0, 0)))[None]
+        J = self.contacts(stride)
+        return alone if J is None else projected(np.repeat(alone, len(J), axis=0), J)
 
     @property
     def step(self) -> float:

@@ -160,10 +160,10 @@ def sharpened(log: FilteredLog, time: float, joints: Sequence[int]) -> FilteredL
     """Replace tau of some joints by tau + T d(tau)/dt."""
     smooth = log.rows.cutoff
     if smooth is None:
-        slope = np.gradient(log.tau, log.step, axis=0)
+        slope = np.gradient(log.samples.tau, log.step, axis=0)
     else:  # the slope within the comparison band
-        _, slope = lowpass_and_slopes(log.tau, log.step, 2 * smooth, 1)
-    tau, columns = log.tau.copy(), list(joints)
+        _, slope = lowpass_and_slopes(log.samples.tau, log.step, 2 * smooth, 1)
+    tau, columns = log.samples.tau.copy(), list(joints)
     tau[:, columns] += time * slope[:, columns]
     return replace(log, samples=replace(log.samples, tau=read_only(tau)))
 
@@ -192,3 +192,14 @@ def left_out(log: FilteredLog, at: slice, joints: Sequence[int]) -> FilteredLog:
     there = np.zeros(len(log.t), dtype=bool)
     there[at] = True
     return replace(log, samples=mask_samples(log.samples, there, joints))
+
+
+def touching_in(log: FilteredLog, at: slice, frame: str) -> FilteredLog:
+    """Set the flag of a contact of a floating base to 1 in some samples."""
+    samples = log.samples
+    assert samples.touches is not None
+    assert samples.robot is not None
+    touches = samples.touches.copy()
+    frames = [contact.frame for contact in samples.robot.contacts]
+    touches[at, frames.index(frame)] = 1.0
+    return replace(log, samples=replace(samples, touches=read_only(touches)))

@@ -90,8 +90,8 @@ def _largest_fold_error(stage: Stage) -> float:
     score = stage.score
     counts = np.maximum(score.counts, 1.0)
     error, size = score.alone.squares / counts, stage.problem.base.size**2
-    sigma = stage.problem.robot.sigma
-    return max(relative_error(part, size, sigma).relative for part in error.T)
+    kinds = stage.problem.robot.kinds
+    return max(relative_error(part, size, kinds).relative for part in error.T)
 
 
 def reason_of(w: Weighed, robot: Robot) -> Reason:

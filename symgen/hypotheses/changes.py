@@ -23,8 +23,9 @@ from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.variation import variation
 
-#: Returns the torque in the band (K, n) of logs whose torques are moved earlier by some seconds.
-Torque = Callable[[float], FloatArray]
+#: Returns torques in the band, (K, n) or on a floating base (K, m, n), that are moved earlier by
+#: some seconds, with the channel that lies some places further in place of that of each joint.
+Torque = Callable[[float, int], FloatArray]
 MOTION = ("q", "qd")
 #: Name of the hypothesis that the gravity of the file is wrong, by any angle or altogether.
 TILT = "base_tilt"
@@ -85,10 +86,10 @@ class Change(Hypothesis):
             out.append(f"{key}{j + 1}={source}".rstrip("="))
         return out or [*self.factors]
 
-    def scale(self, n: int) -> FloatArray:
-        """Return the ratio of the recorded torque of each of n joints to the corrected one."""
-        out = np.ones(n)
-        out[list(self.joints)] /= abs(self.factors.get("tau", 1.0))
+    def scale(self, robot: Robot) -> FloatArray:
+        """Return the ratio of the recorded torque of each equation to the corrected one, (m,)."""
+        out = np.ones(len(robot.kinds))
+        out[robot.rows(self.joints)] /= abs(self.factors.get("tau", 1.0))
         return out
 
     def in_words(self, robot: Robot) -> str:
@@ -114,24 +115,27 @@ class Change(Hypothesis):
         return rearranged(log, self.order or range(n), factors) if factors else log
 
     def torque(self, of: Torque) -> FloatArray:
-        """Return the torque in the band (K, n) with the change undone.
+        """Return the torques in the band, see `Torque`, with the change undone.
 
         Args:
-            of: function from a delay in s to the torque.
+            of: function from a delay in s and a number of places to the torques.
         """
-        out = of(0.0).copy()
-        at = self._columns(out.shape[1])
+        out = of(0.0, 0).copy()
+        n = out.shape[-1]
+        at = self._columns(n)
         if "tau" not in self.factors:
             return out
         if self.order:
-            return out[:, list(self.order)]
+            for j, k in enumerate(self.order):
+                out[..., j] = of(0.0, (k - j) % n)[..., j]
+            return out
         if self.delay:
-            out[:, at] = of(self.delay)[:, at]
+            out[..., at] = of(self.delay, 0)[..., at]
         elif self.lag:
-            slope = (of(_STEP) - of(-_STEP)) / (2 * _STEP)
-            out[:, at] += self.lag * slope[:, at]
+            slope = (of(_STEP, 0) - of(-_STEP, 0)) / (2 * _STEP)
+            out[..., at] += self.lag * slope[..., at]
         else:
-            out[:, at] *= self.factors["tau"]
+            out[..., at] *= self.factors["tau"]
         return out
 
     def _columns(self, n: int) -> list[int]:
@@ -189,7 +193,8 @@ def motion_changes(robot: Robot, loud: frozenset[int]) -> Iterator[list[Change]]
         yield [Change(rows["wrong_unit"], (), degrees, size, turning, unit="deg")]
     for j in turning:
         yield [Change(rows["wrong_unit"], (j,), degrees, size, unit="deg")]
-    yield [Change(rows["reversed_time"], (), {"t": 1.0}, turns=True)]
+    if not robot.floating:
+        yield [Change(rows["reversed_time"], (), {"t": 1.0}, turns=True)]
     for j in loud if driven[1:] else ():  # a lone motor has the scale of all torques
         yield [geared_by(j, r) for r in _RATIOS]
     for some in _sets(driven):

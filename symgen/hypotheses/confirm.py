@@ -134,9 +134,9 @@ def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ..
 def _weigh(result: SearchResult, items: Sequence[Judged], matters: float) -> list[Weighed]:
     """Grade each item by the validation error with it and without it."""
     squares, size = held_squares(result, items)
-    sigma, floor = result.problem.robot.sigma, _floor(result)
-    after = relative_error(squares, size, sigma)
-    now = np.array(after.per_joint)
+    kinds, floor = result.problem.robot.kinds, _floor(result)
+    after = relative_error(squares, size, kinds)
+    now = np.array(after.parts)
     out = []
     for item in items:
         without, size_without = held_squares(result, leave_out(items, item))
@@ -144,8 +144,8 @@ def _weigh(result: SearchResult, items: Sequence[Judged], matters: float) -> lis
             # It changes the training logs alone: the held-out score of the search decides.
             out.append(_on_training(item))
             continue
-        before = relative_error(without, size_without, sigma)
-        was = np.array(before.per_joint)
+        before = relative_error(without, size_without, kinds)
+        was = np.array(before.parts)
         more = (1 - ROUNDING) * was**2 - now**2
         fall = np.sqrt(np.maximum(more, 0.0))  # explained part of the torque
         # A wrong channel of one joint spoils the fit of others.
@@ -180,11 +180,12 @@ def rising(before: Residual, after: Residual, robot: Robot, matters: float) -> s
         robot: gives the names of joints.
         matters: smallest torque that matters, as a part of a joint's torque.
     """
-    was, now = np.array(before.per_joint), np.array(after.per_joint)
+    was, now = np.array(before.parts), np.array(after.parts)
     k = int(np.argmax(now - was))
     fall = max(float(np.max(was - now)), matters)
     if now[k] > was[k] + RISE * fall:
-        where, low, high = f" of {robot.listed([k])}", was[k], now[k]
+        place = robot.listed([k]) if k < robot.n else "the base"
+        where, low, high = f" of {place}", was[k], now[k]
     elif after.relative > (1 + ROUNDING) * before.relative:
         where, low, high = "", before.relative, after.relative
     else:
@@ -200,10 +201,10 @@ def _on_training(item: Judged) -> Weighed:
 
 
 def _floor(result: SearchResult) -> FloatArray:
-    """Return the squared ratio of noise floor to torque on the validation logs, (n,).
+    """Return the squared ratio of noise floor to torque on the validation logs, see `parts`.
 
     The motion's part takes the declared model. An unknown floor counts as zero.
     """
     problem = result.declared
     noise = noise_fit(problem.evaluator, problem.held, problem.X).residual
-    return np.nan_to_num(np.square(noise.per_joint or np.zeros(problem.base.n)))
+    return np.nan_to_num(np.square(noise.parts))

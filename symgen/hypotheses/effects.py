@@ -22,7 +22,7 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.opening import LATE
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.judged import Hypothesis, Judged, Size
-from symgen.hypotheses.score import Columns, Key
+from symgen.hypotheses.score import Columns, Key, everywhere
 from symgen.hypotheses.sought import sought_definition, sought_searches
 from symgen.parallel import in_order, thread_count
 from symgen.robot.effect import OWN, Definition, SearchRange, definitions
@@ -174,7 +174,9 @@ class LogColumns:
     torques: Sequence[Torques]
 
     def __call__(self, candidate: Candidate) -> Columns:
-        """Return the columns (K, m) of a candidate in the band, at the kept samples of all logs."""
+        """Return the columns of a candidate by equation, in the band at the kept samples of all
+        logs.
+        """
         return next(self.each([candidate]))
 
     def each(self, candidates: Iterable[Candidate]) -> Iterator[Columns]:
@@ -206,11 +208,13 @@ class LogColumns:
         of_batch: list[Columns] = []
         for log, stride, s, torques in zip(self.logs, strides, thin, self.torques, strict=True):
             of_batch = [candidate.columns(s, torques) for candidate in batch]
+            if log.base_rows:
+                of_batch = [self._by_equation(log, stride, columns) for columns in of_batch]
             raw = [x for columns in of_batch for x in columns.values()]
             parts.append(log.unmasked.compared(np.concatenate(raw, axis=1), stride))
         band, at = np.concatenate(parts), 0
         out: list[Columns] = []
-        for columns in of_batch:  # all logs have columns on the same joints
+        for columns in of_batch:  # all logs have columns on the same equations
             of_candidate = {}
             for j, x in columns.items():
                 end = at + x.shape[1]
@@ -218,6 +222,18 @@ class LogColumns:
                 at = end
             out.append(of_candidate)
         return out
+
+    def _by_equation(self, log: FilteredLog, stride: int, columns: Columns) -> Columns:
+        """Return columns on joints by equation of a floating base.
+
+        Where forces at contacts are unknown, columns are projected as the equations are, see
+        `symgen.estimation.floating`, and then stand in all of them.
+        """
+        if not any(x.hides for x in self.logs):
+            return {log.base_rows + j: c for j, c in columns.items()}
+        spread = log.spread(stride)
+        parts = [spread[:, :, [j]] * c[:, None] for j, c in columns.items()]
+        return everywhere(sum(parts[1:], parts[0]))
 
 
 def _stride(log: FilteredLog, measured: bool, analytic: bool) -> int:

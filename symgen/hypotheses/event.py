@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
-from symgen.faults.undo import left_out
+from symgen.faults.undo import left_out, touching_in
 from symgen.hypotheses.judged import Hypothesis, Judged, Size
 from symgen.hypotheses.score import (
     FREEDOM,
@@ -33,7 +33,7 @@ from symgen.hypotheses.score import (
     ScoreFit,
     worth_and_gain,
 )
-from symgen.policy import MISFIT, TEMPERATURE
+from symgen.policy import MISFIT
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 
@@ -52,8 +52,10 @@ class Span(Hypothesis):
         start, end: s, on the clock of the log, without half of the low-pass response at each end.
         first, last: samples of its first and last row. They contain the contact with a margin,
             because equations in another band reach other rows.
-        rows: (K, n) rows of all logs that it contains.
+        rows: (K, m) rows of all logs that it contains: of its joints, or on a floating base all.
         price: penalty for the spans and sets of joints that are tried, nats.
+        frame: declared contact of a floating base that touches in it, though its flag is 0; "" if
+            a force acts elsewhere.
     """
 
     log: str
@@ -63,6 +65,7 @@ class Span(Hypothesis):
     last: int
     rows: NDArray[np.bool_]
     price: float
+    frame: str = ""
 
     @property
     def key(self) -> Key:
@@ -84,20 +87,40 @@ class Span(Hypothesis):
         """Return what it is, and its log."""
         return f"{super().expression(robot)}, in {self.log}"
 
+    @property
+    def equations(self) -> list[int]:
+        """Its equations."""
+        return np.flatnonzero(self.rows.any(axis=0)).tolist()
+
     def fit(self, score: PredictiveScore) -> tuple[float, ScoreFit]:
         """Return the log-likelihood ratio of the span, less its price, and the fit without it."""
         gained, fit, variance = score.gained_without(self.rows)
-        at = np.array(self.joints)
-        count = np.sum((score.weight * self.rows)[:, at] ** 2, axis=0) / TEMPERATURE
+        at = self.equations
+        count = np.sum((score.weight * self.rows)[:, at] ** 2, axis=0) / score.temperature
         floor = score.misfit[at] ** 2
         ratio = _variance_ratio(count, variance[at] + floor, fit.variance[at] + floor)
+        if not self.joints:  # all equations are left out, and the force acts in some of them
+            ratio = np.maximum(ratio, 0.0)
         return gained + float(ratio.sum()) - self.price, fit
 
-    def mask(self, log: FilteredLog) -> FilteredLog:
-        """Return the log with the samples of the span masked, if it is the log of this span."""
+    def in_words(self, robot: Robot) -> str:
+        """Return what acts, and when."""
+        if not self.frame:
+            return super().in_words(robot)
+        times = f"from {self.start:.3g} to {self.end:.3g} s"
+        return f"{self.frame} touches {times}, and {self.frame}.contact is 0"
+
+    def undo(self, log: FilteredLog) -> FilteredLog:
+        """Return the log with the samples of the span masked, or with its contact touching there.
+
+        Logs of other names stay unchanged.
+        """
         if log.name != self.log:
             return log
-        return left_out(log, slice(self.first, self.last + 1), self.joints)
+        if self.frame:
+            return touching_in(log, slice(self.first, self.last + 1), self.frame)
+        joints = self.joints or range(log.q.shape[1])
+        return left_out(log, slice(self.first, self.last + 1), joints)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,12 +139,12 @@ def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Cont
         size: (n,) RMS of the measured torque.
     """
     evidence, fit = span.fit(score)
-    was, joints = score.alone.variance, list(span.joints)
+    was, rows = score.alone.variance, span.equations
     now = was.copy()
-    now[joints] = np.minimum(was, fit.variance)[joints]
+    now[rows] = np.minimum(was, fit.variance)[rows]
     odds = evidence + math.log(span.definition.odds)
     torque = float(np.sqrt(np.max(was - now)))
-    return Contact(span, odds, *worth_and_gain(was, now, size, joints), torque)
+    return Contact(span, odds, *worth_and_gain(was, now, size, rows), torque)
 
 
 def likeliest_contact(
@@ -171,7 +194,7 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
         for m in _lengths(log):
             begins = np.arange(rows.start, rows.stop - m + 1, max(1, m // _STARTS))
             inside = sums[:, begins + m] - sums[:, begins]
-            gains = _gains(inside, sums[:, -1], score.misfit**2)
+            gains = _gains(inside, sums[:, -1], score.misfit**2, score.temperature)
             total = np.maximum(gains, 0.0).sum(axis=1)
             every.append(total)
             at = int(np.argmax(total))
@@ -181,9 +204,10 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
                 found = log, begin, begin - rows.start, m, acting
     if found is None:
         return None
-    log, begin, at, m, joints = found
+    log, begin, at, m, acting = found
+    floats = log.base_rows > 0  # a force acts in the equations of the base, and in others
     contained = np.zeros(score.weight.shape, dtype=bool)
-    contained[begin : begin + m, joints] = True
+    contained[begin : begin + m, slice(None) if floats else acting] = True
     totals = np.concatenate(every)
     price = math.log(len(totals)) - float(np.logaddexp.reduce(totals) - most)
     price += len(score.misfit) * math.log(2)
@@ -191,7 +215,7 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
     first, last = log.kept[[at, at + m - 1]].tolist()
     inner = [first + margin, last - margin]
     start, end = log.t[inner].tolist()
-    place = definitions()[NAME], tuple(joints.tolist())
+    place = definitions()[NAME], () if floats else tuple(acting.tolist())
     return Span(*place, log.name, start, end, first, last, contained, price, measured=True)
 
 
@@ -207,13 +231,16 @@ def _lengths(log: FilteredLog) -> Iterator[int]:
         length *= _RATIO
 
 
-def _gains(inside: FloatArray, all_rows: FloatArray, floor: FloatArray) -> FloatArray:
+def _gains(
+    inside: FloatArray, all_rows: FloatArray, floor: FloatArray, temperature: float
+) -> FloatArray:
     """Return the gain of a separate variance in each span, less its price, (P, n).
 
     Args:
         inside: squares and counts of rows in each span, (2, P, n, folds).
         all_rows: squares and counts of all rows, (2, n, folds).
         floor: (n,) variance of the misfit.
+        temperature: number of correlated rows that count as one.
     """
 
     def cost(sums: FloatArray, floor: FloatArray) -> FloatArray:
@@ -227,6 +254,6 @@ def _gains(inside: FloatArray, all_rows: FloatArray, floor: FloatArray) -> Float
     fell = fell - cost(all_rows[:, None] - inside, by_fold).sum(axis=2)
     larger = span[0] * whole[1] > whole[0] * span[1]
     # The price of a separate variance is the ratio of its prior width to its posterior width.
-    count = np.maximum(span[1] / TEMPERATURE / np.pi, 1)
+    count = np.maximum(span[1] / temperature / np.pi, 1)
     price = math.log(_RANGE) + 0.5 * np.log(count)
-    return np.where(larger, 0.5 / TEMPERATURE * fell - price, 0.0)
+    return np.where(larger, 0.5 / temperature * fell - price, 0.0)

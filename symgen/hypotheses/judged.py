@@ -77,7 +77,8 @@ class Hypothesis:
 
     def in_words(self, robot: Robot) -> str:
         """Return its name, its joints and its size."""
-        labels = robot.listed(self.joints) if self.joints else "the whole arm"
+        every = f"the whole {'robot' if robot.floating else 'arm'}"
+        labels = robot.listed(self.joints) if self.joints else every
         return f"{self.name.replace('_', ' ')} on {labels}{self.extent}"
 
 

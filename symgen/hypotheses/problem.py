@@ -16,16 +16,16 @@ from symgen import names
 from symgen.codegen.model import regrouping
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.filtered_log import FilteredLog, Nodes
-from symgen.estimation.solve import shortest
+from symgen.estimation.solve import column_norms, shortest
 from symgen.estimation.system import join, torque_along, torque_at, torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import with_earlier_torques
-from symgen.hypotheses.changes import Change
+from symgen.hypotheses.changes import Change, Torque
 from symgen.hypotheses.effects import LogColumns, Score, Torques
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.rows import FittedRows, fitted, make_rows
 from symgen.hypotheses.score import Key, PredictiveScore, motion_folds
-from symgen.policy import MISFIT
+from symgen.policy import MISFIT, TEMPERATURE
 from symgen.robot.expressions import exact
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
@@ -78,6 +78,23 @@ class Problem:
         return self.base.X if self.known is None else self.known
 
     @cached_property
+    def temperature(self) -> float:
+        """Number of correlated rows that count as one in the score.
+
+        On a floating base, noise of its motion is in all equations of a sample, and projected
+        equations depend on each other. The number is then multiplied by |C|^2/m, with C the (m, m)
+        correlation of the residuals, clipped at their medians so that short spans count little.
+        """
+        if not self.robot.floating:
+            return TEMPERATURE
+        residual = self.base.whitened_residual[self.base.weight.any(axis=1)]
+        usual = np.median(np.abs(residual), axis=0)
+        rows = np.clip(residual, -usual, usual)
+        unit = rows / column_norms(rows)
+        C = unit.T @ unit
+        return TEMPERATURE * float(np.mean(np.sum(C**2, axis=0)))
+
+    @cached_property
     def held_rows(self) -> FittedRows:
         """The rows of the model on the validation logs."""
         return make_rows(self.evaluator, self.held, self.known)
@@ -110,15 +127,22 @@ class Problem:
         return replace(self, base=base, held=held, fold=fold, undone=undone)
 
     def without(self, contacts: Iterable[Contact]) -> Problem:
-        """Return the problem with the samples of contacts masked."""
-        logs, held = self.logs, self.held
+        """Return the problem with contacts undone, see `Span.undo`."""
+        logs, held, contacts = self.logs, self.held, [*contacts]
         for contact in contacts:
-            logs = tuple(map(contact.cause.mask, logs))
-            held = tuple(map(contact.cause.mask, held))
+            logs = tuple(map(contact.cause.undo, logs))
+            held = tuple(map(contact.cause.undo, held))
         if (logs, held) == (self.logs, self.held):
             return self
-        base = fitted(logs, self.base)
+        projects = any(contact.cause.frame for contact in contacts)
+        same = self.base if not projects else make_rows(self.evaluator, logs, self.known)
+        base = fitted(logs, same)
         return replace(self, base=base, held=held)
+
+    @property
+    def hides(self) -> bool:
+        """Whether unknown forces act at contacts."""
+        return any(log.hides for log in (*self.logs, *self.held))
 
     def piece(self, seconds: float) -> Problem:
         """Return the problem on the first seconds of each training log."""
@@ -126,8 +150,8 @@ class Problem:
         for log in self.logs:
             count = int(seconds / log.step)
             span = slice(0, count)
-            samples = log.samples.cut(span)
-            logs.append(replace(log, samples=samples, q=log.q[span], qd=log.qd[span]))
+            samples, base = log.samples.cut(span), tuple(x[span] for x in log.base)
+            logs.append(replace(log, samples=samples, q=log.q[span], qd=log.qd[span], base=base))
         if all(len(a.t) == len(b.t) for a, b in zip(logs, self.logs, strict=True)):
             return self
         return make_problem(self.evaluator, logs, (), self.known, self.misfit)
@@ -154,12 +178,16 @@ class Problem:
         Rows and joints keep their weights, and effects that use the model's torque keep that of
         the present parameters. The change must not reverse the logs.
         """
-        parts = []
+        parts, measured = [], list[FloatArray]()
         for log in self.logs:
-            motion = tuple(map(np.ascontiguousarray, change.undo(log.thinned).motion))
-            nodes = Nodes(log.rows, motion, None)
+            thinned = change.undo(log.thinned)
+            motion = tuple(map(np.ascontiguousarray, thinned.motion))
+            nodes = Nodes(log.rows, motion, None, thinned.contacts(), log.base_rows)
             parts.append(torque_rows(self.evaluator, nodes, self.X))
-        W, y = np.concatenate(parts), change.torque(self.torque)
+            if log.base_rows:  # forces depend on the positions of joints
+                measured.append(change.undo(log.unmasked).measured)
+        W = np.concatenate(parts)
+        y = np.concatenate(measured) if measured else self.torque_without(change)
         equations = np.concatenate([W, y[..., None]], axis=2)
         X = shortest(self.base.whitened(equations))
         return replace(self, base=replace(self.base, W=W, y=y, X=X))
@@ -201,19 +229,28 @@ class Problem:
         return lru_cache(maxsize=8)(self.changed)
 
     @cached_property
-    def torque(self) -> Callable[[float], FloatArray]:
+    def torque(self) -> Torque:
         """`_moved_torque`, which keeps the last torques: every step of a search asks for them."""
         return lru_cache(maxsize=64)(self._moved_torque)
 
-    def _moved_torque(self, earlier: float) -> FloatArray:
-        """Return the torque in the band, (K, n), moved earlier by some seconds."""
-        if not earlier:
-            return self.base.measured
+    def _moved_torque(self, earlier: float, places: int) -> FloatArray:
+        """Return the torque in the band, (K, n), moved earlier by some seconds, see `Torque`.
+
+        On a floating base, return what the torque of each joint adds to each equation, (K, m, n).
+        """
         parts = []
         for log in self.logs:
-            samples = with_earlier_torques(log.samples, earlier)
-            parts.append(log.unmasked.compared(samples.tau))
+            tau = with_earlier_torques(log.samples, earlier).tau if earlier else log.samples.tau
+            parts.append(_in_equations(log, np.roll(tau, -places, axis=1)))
         return np.concatenate(parts)
+
+    def torque_without(self, change: Change) -> FloatArray:
+        """Return the torque in the band, (K, m), with a change undone in the torque channels."""
+        torque = change.torque(self.torque)
+        if not self.robot.floating:
+            return torque
+        more = torque - self.torque(0.0, 0)
+        return np.asarray(self.base.measured + more.sum(axis=2))
 
     def stage(self, effects: Iterable[Score] = ()) -> Stage:
         """Return the problem with the columns of some effects."""
@@ -283,7 +320,8 @@ class Stage:
         """The score of further candidates, which are added to these effects."""
         rows, problem = self.rows, self.problem
         misfit = problem.misfit * problem.base.size
-        return PredictiveScore(rows.W, rows.residual, rows.weight, rows.sigma, problem.fold, misfit)
+        fitted_rows = rows.W, rows.residual, rows.weight, rows.sigma
+        return PredictiveScore(*fitted_rows, problem.fold, misfit, problem.temperature)
 
     @cached_property
     def log_columns(self) -> LogColumns:
@@ -310,7 +348,24 @@ def make_problem(
 
 
 def _split(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> tuple[FloatArray, FloatArray]:
-    """Return the torque of a model along a log and its rigid-body part, (N, n) each."""
+    """Return the torque of a model along a log and its rigid-body part, (N, n) each.
+
+    On a floating base, measured wrenches carry a part of it.
+    """
     of_links = np.arange(len(X)) < evaluator.model.inertial
     rigid = np.where(of_links, X, 0.0)
-    return torque_along(evaluator, X, log), torque_along(evaluator, rigid, log)
+    first = log.base_rows
+    carried = log.tau[:, first:] - log.samples.tau if first else 0.0
+    torque, load = (torque_along(evaluator, x, log)[:, first:] - carried for x in (X, rigid))
+    return torque, load
+
+
+def _in_equations(log: FilteredLog, tau: FloatArray) -> FloatArray:
+    """Return torques of joints (N, n) in the band, (K, n).
+
+    On a floating base, return what each adds to each equation, (K, m, n).
+    """
+    if log.hides:
+        return log.unmasked.compared(tau[:, None] * log.spread(1))
+    torque = log.unmasked.compared(tau)
+    return torque[:, None] * log.spread(1) if log.base_rows else torque

@@ -75,15 +75,26 @@ def make_registry(
         chosen: names of effects to try; None for all.
     """
     source, fixed = robot or problem.robot, problem.is_fixed
-    bent = stiffnesses(problem.base)
-    pool = (
-        *candidates(source, problem.logs, fixed=fixed),
-        *special_candidates(source, bent, fixed=fixed, logs=problem.logs),
-    )
+    pool, terms = _pool(problem, source), not (fixed or problem.hides)
     if chosen is None:
-        return Registry(pool, expressions=not fixed)
+        return Registry(pool, expressions=terms)
     tried = tuple(c for c in pool if c.name in chosen)
-    return Registry(tried, False, CONTACT in chosen, UNNAMED in chosen and not fixed)
+    return Registry(tried, False, CONTACT in chosen, UNNAMED in chosen and terms)
+
+
+def _pool(problem: Problem, robot: Robot) -> tuple[Candidate, ...]:
+    """Return the candidates with columns.
+
+    On a floating base, those are left out that need the model of the links, and those of which
+    there are very many. Where forces at contacts are unknown, so is the torque of the joints.
+    """
+    fixed = problem.is_fixed
+    library = candidates(robot, problem.logs, fixed=fixed)
+    if robot.floating:
+        usual = (c for c in library if not c.rare)
+        return tuple(c for c in usual if not (c.uses_model and problem.hides))
+    bent = stiffnesses(problem.base)
+    return *library, *special_candidates(robot, bent, fixed=fixed, logs=problem.logs)
 
 
 @dataclass(frozen=True, eq=False)

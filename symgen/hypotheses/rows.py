@@ -45,19 +45,16 @@ class FittedRows(Rows):
     Attributes:
         logs: logs in the band of the run.
         X: (p,) least-squares parameters.
-        sigma: (n,) standard deviation of each joint's residual.
-        joints: summary of the weighted [W y] of each joint.
+        sigma: (m,) standard deviation of the residual of each equation.
+        joints: summary of the weighted [W y] of each equation.
+
+    An equation is that of a joint, or of a floating base, which come first: m = n + 6. Else m = n.
     """
 
     logs: tuple[FilteredLog, ...]
     X: FloatArray
     sigma: FloatArray
     joints: tuple[Summary, ...]
-
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return int(self.y.shape[1])
 
     @property
     def residual(self) -> FloatArray:
@@ -108,8 +105,12 @@ class FittedRows(Rows):
 
     @cached_property
     def size(self) -> FloatArray:
-        """RMS of the measured torque in the band, (n,); 1 for a joint without torque."""
+        """RMS of the measured torque in the band, (m,); 1 for a joint without torque. The forces on
+        a floating base have one size, and so have the moments on it.
+        """
         torque = rms(self.measured)
+        for first in range(0, self.logs[0].base_rows, 3):
+            torque[first : first + 3] = rms(torque[first : first + 3])
         torque = bounded_deviation(torque, torque)
         return np.where(torque > 0, torque, 1.0)
 
@@ -259,7 +260,8 @@ def _moving(log: FilteredLog, rests: float | Sequence[float]) -> FloatArray:
         rests: weight of the rows that a rest of their joint affects, one or (n,).
     """
     speed, clear = np.abs(log.qd[log.kept]), log.clear[log.kept]
-    moves = clear * (speed > _REVERSAL * rms(log.qd))
+    moves = speed > _REVERSAL * rms(log.qd)
+    moves = clear * np.pad(moves, ((0, 0), (log.base_rows, 0)), constant_values=True)
     if log.resting is None:
         return moves.astype(float)
     return np.where(log.resting, clear * np.asarray(rests), moves)

@@ -31,7 +31,7 @@ from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 from symgen.policy import NEAR, REPEATED, TEMPERATURE
 
-#: Columns (K, m) on joints, by position of the movable joint.
+#: Columns (K, m) by joint, or by equation: those of a floating base come before those of joints.
 Columns = Mapping[int, FloatArray]
 #: Name and joints of a hypothesis.
 Key = tuple[str, tuple[int, ...]]
@@ -58,20 +58,20 @@ def price_of_size(part: float) -> float:
 
 
 def worth_and_gain(
-    was: FloatArray, now: FloatArray, size: FloatArray, joints: Sequence[int]
+    was: FloatArray, now: FloatArray, size: FloatArray, rows: Sequence[int]
 ) -> tuple[float, float]:
     """Return how much a hypothesis lowers the held-out error.
 
     Args:
-        was, now: (n,) held-out variance of each joint without and with it.
-        size: (n,) RMS of the measured torque.
-        joints: positions of its joints; empty for all.
+        was, now: (m,) held-out variance of each equation without and with it.
+        size: (m,) RMS of the measured torque.
+        rows: its equations; empty for all.
 
     Returns:
         worth: square root of the largest reduction of a variance, as a part of a joint's torque.
-        gain: explained share of the sum of squares of its joints.
+        gain: explained share of the sum of squares of its equations.
     """
-    at = list(joints) or slice(None)
+    at = list(rows) or slice(None)
     fell = (was - now) / size**2
     worth = float(np.sqrt(max(fell.max(), 0.0)))
     gain = fell[at].sum() / max(float((was / size**2)[at].sum()), TINY)
@@ -83,7 +83,9 @@ def motion_folds(logs: Sequence[FilteredLog]) -> NDArray[np.intp]:
 
     A fold consists of regions of state: positions and speeds of all joints. Each fold is therefore
     motion that the others lack, and repeated motion stays in one fold. If the motion crosses the
-    regions so fast that most samples lie between folds, spans of time replace the regions.
+    regions so fast that most samples lie between folds, spans of time replace the regions. They do
+    so too on a floating base: a region may hold every lift of a foot, and the other folds would
+    then not determine the parameters.
     """
     from scipy.cluster.vq import kmeans2
 
@@ -94,7 +96,7 @@ def motion_folds(logs: Sequence[FilteredLog]) -> NDArray[np.intp]:
     regions = min(_REGIONS, len(state))
     _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=_ROUNDS)
     fold = _separate(logs, _filled(region))
-    if np.mean(fold < 0) > _LOST:
+    if np.mean(fold < 0) > _LOST or logs[0].base_rows:
         spans = np.arange(len(state)) * regions // len(state)
         fold = _separate(logs, spans % FOLDS)
     return fold
@@ -219,6 +221,7 @@ class PredictiveScore:
         sigma: (n,) standard deviation that weights the joints in the fits, N m or N.
         fold: (K,) from `motion_folds`.
         misfit: (n,) smallest error to expect of any model, N m or N.
+        temperature: number of correlated rows that count as one.
     """
 
     W: FloatArray
@@ -227,6 +230,7 @@ class PredictiveScore:
     sigma: FloatArray
     fold: NDArray[np.intp]
     misfit: FloatArray
+    temperature: float = TEMPERATURE
 
     @cached_property
     def _order(self) -> NDArray[np.intp]:
@@ -307,7 +311,7 @@ class PredictiveScore:
         count = np.maximum(self.counts, TINY)
         variance = squares / count + self.misfit[:, None] ** 2
         logs = np.log(np.maximum(variance, TINY))
-        score = -0.5 / TEMPERATURE * np.sum(self.counts * logs, axis=(-2, -1))
+        score = -0.5 / self.temperature * np.sum(self.counts * logs, axis=(-2, -1))
         return score, (squares.sum(axis=-1) / count.sum(axis=1))
 
     def _in_units(self, squares: FloatArray) -> FloatArray:

@@ -43,6 +43,7 @@ from symgen.hypotheses.score import (
 )
 from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
+from symgen.hypotheses.touches import with_frame
 from symgen.hypotheses.trials import exact_change, exact_gravity, motion_trials, torque_trials
 from symgen.parallel import Say, silent
 from symgen.policy import ALIKE, APART, LEAST, LISTED, LOUD, SAME, SHOWN, SURE
@@ -178,7 +179,7 @@ class Judge:
         if self.registry.contacts:
             contact = likeliest_contact(stage.score, problem.logs, problem.base.size)
             if contact is not None:
-                yield contact
+                yield with_frame(stage, contact) if contact.odds > 0 else contact
         if not self.registry.changes or problem.is_fixed:
             return
         loud, moved = self._loud(stage), list[Changed]()
@@ -258,7 +259,9 @@ class Judge:
             again = self._scored(stage, effect)
             e = explained(stage.rows, again.columns)
             rivals = []
-            for s in self.options(stage, frozenset(effect.columns)):
+            before = len(stage.problem.robot.free)
+            reached = frozenset(row - before for row in effect.columns if row >= before)
+            for s in self.options(stage, reached):
                 if s.key in result.keys:
                     continue
                 if s.odds < again.odds + math.log(LISTED):
@@ -292,8 +295,9 @@ class Judge:
 
     def _loud(self, stage: Stage) -> frozenset[int]:
         """Return the joints whose error is large, or far above that of the quietest quarter."""
-        usual = max(self.matters, np.sort(stage.lost)[len(stage.lost) // 4])
-        return frozenset(map(int, np.flatnonzero(stage.lost > min(LOUD, APART * usual))))
+        lost = stage.lost[len(stage.problem.robot.free) :]
+        usual = max(self.matters, np.sort(lost)[len(lost) // 4])
+        return frozenset(map(int, np.flatnonzero(lost > min(LOUD, APART * usual))))
 
     def _prepare(self, stage: Stage) -> None:
         """Compute the columns of all candidates if the problem is new.
@@ -369,10 +373,11 @@ class Judge:
     def _expected(self, stage: Stage, candidate: Candidate, columns: Columns) -> float:
         """Return the scale of the prior of a column's RMS torque, N m or N."""
         size = candidate.definition.size * stage.problem.base.size
-        return _LOOSE * max(float(size[j]) for j in columns)
+        return _LOOSE * float(size[_acting(stage, candidate, columns)].max())
 
     def _judged(self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit) -> Score:
         alone, base = stage.score.alone, stage.problem.base.size
+        rows = _acting(stage, candidate, columns)
         known = {s.definition.name for s in stage.effects}
         # An effect on one joint makes the same effect on another joint more probable.
         row = candidate.definition
@@ -381,7 +386,7 @@ class Judge:
             scales = np.array(candidate.scales)
             part = np.abs(fit.coefficients[: len(scales)]) / scales
         else:
-            part = fit.torque / (row.size * base)
+            part = (fit.torque / (row.size * base))[rows]
         prior -= price_of_size(float(np.max(part)))
         # A ratio is 1, and a torque has a law with a name, unless another one is certainly better.
         product = candidate.name == UNNAMED and not candidate.constants
@@ -389,9 +394,9 @@ class Judge:
         if fit.score - alone.score + prior > 0:
             fit = self._possible(stage, candidate, columns, fit)
         evidence = fit.score - alone.score
-        joints = candidate.joints or tuple(columns)
-        worth, gain = worth_and_gain(alone.variance, fit.variance, base, joints)
-        torque = float(np.max(fit.torque))
+        of_joints = stage.problem.robot.rows(candidate.joints) or rows
+        worth, gain = worth_and_gain(alone.variance, fit.variance, base, of_joints)
+        torque = float(np.max(fit.torque[rows]))
         why = "" if fit is not alone else "its coefficient would have a sign that it cannot have"
         odds = evidence + prior
         return Score(candidate, odds, worth, gain, torque, columns=columns, why=why)
@@ -421,6 +426,16 @@ class Judge:
         fit = stage.score.fit_with(columns, self._expected(stage, score.cause, columns))
         judged = self._judged(stage, score.cause, columns, fit)
         return replace(judged, odds=judged.odds - score.cost, cost=score.cost)
+
+
+def _acting(stage: Stage, candidate: Candidate, columns: Columns) -> list[int]:
+    """Return the equations by which the size of an effect is judged.
+
+    These are all with columns. On a floating base, projected columns stand in other equations than
+    those of its joints, too.
+    """
+    robot = stage.problem.robot
+    return robot.rows(candidate.joints) if robot.floating else [*columns]
 
 
 def _simplest(best: Score, same: Sequence[Score]) -> Score:

@@ -59,7 +59,7 @@ def stiffnesses(evidence: FittedRows) -> list[Stiffness]:
     """Return the stiffness of each joint that has a second encoder in all logs."""
     encoders = [log.samples.qs for log in evidence.logs]
     joints = []
-    for j in range(evidence.n):
+    for j in range(evidence.logs[0].q.shape[1]):
         if all(qs is not None and np.isfinite(qs[:, j]).all() for qs in encoders):
             joints.append(j)
     return [_stiffness(evidence, j) for j in joints]

@@ -150,13 +150,14 @@ class Expressions:
             system: the equations of the model with the accepted effects.
             joints: indices of the joints; None for all.
         """
-        for j in range(system.n) if joints is None else sorted(joints):
-            for i in np.argsort(-self._gains(system, j), kind="stable")[:_BEST]:
+        for j in range(self.robot.n) if joints is None else sorted(joints):
+            (row,) = self.robot.rows([j])
+            for i in np.argsort(-self._gains(system, row), kind="stable")[:_BEST]:
                 candidate = expression(self.robot, j, int(i), self.terms[i])
-                yield candidate, {j: self.columns[:, [i]]}
+                yield candidate, {row: self.columns[:, [i]]}
 
     def _gains(self, system: FittedRows, j: int) -> FloatArray:
-        """Return the part of joint j's sum of squares that each term explains, (T,)."""
+        """Return the part of equation j's sum of squares that each term explains, (T,)."""
         rows = self.columns * (system.weight[:, j] / system.sigma[j])[:, None]
         squares = np.sum(rows**2, axis=0)
         free = squares - np.sum((system.basis[:, j].T @ rows) ** 2, axis=0)
@@ -170,5 +171,6 @@ def expressions(baseline: Problem) -> Expressions:
     robot = baseline.robot
     terms = tuple(all_terms(robot.n))
     candidates = [expression(robot, 0, i, term) for i, term in enumerate(terms)]
-    columns = [of_joint[0] for of_joint in baseline.stage().log_columns.each(candidates)]
+    of_first = baseline.stage().log_columns.each(candidates)
+    columns = [column for by_row in of_first for column in by_row.values()]
     return Expressions(robot, terms, np.concatenate(columns, axis=1))

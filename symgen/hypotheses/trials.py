@@ -23,7 +23,6 @@ from symgen.hypotheses.changes import (
     TILT,
     Change,
     Changed,
-    Torque,
     another_gravity,
     geared_by,
     gravities,
@@ -56,13 +55,12 @@ def torque_trials(stage: Stage) -> Iterator[Changed]:
     Wrong signs of joints on which friction would drive come first: nothing else explains that.
     """
     problem, rows = stage.problem, stage.problem.base
-    torque = problem.torque
     links = slice(problem.evaluator.model.inertial)
     speed = np.concatenate([log.qd[log.kept] for log in problem.logs])
     lost = rows.weight * (rows.y - rows.W[..., links] @ rows.X[links])
-    work = np.sum(speed * lost, axis=0)
+    work = np.sum(speed * lost[:, len(problem.robot.free) :], axis=0)
     for grid in torque_changes(problem.robot, work):
-        trial = _torque_trial(stage, grid, torque)
+        trial = _torque_trial(stage, grid)
         signs = trial.definition.name == "wrong_sign" and (work[list(trial.joints)] < 0).all()
         yield replace(trial, odds=math.inf) if signs and trial.odds > 0 else trial
 
@@ -155,14 +153,14 @@ def exact_gravity(stage: Stage, gravity: FloatArray, turns: int = _TURNS) -> Cha
     return another_gravity(problem.robot, gravity, std.tolist())
 
 
-def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Changed:
+def _torque_trial(stage: Stage, grid: Sequence[Change]) -> Changed:
     """Return the most probable point of a grid of changes of the torques, refined."""
-    fits = [_fit_of_torque(stage, c, torque) for c in grid]
+    fits = [_fit_of_torque(stage, c) for c in grid]
     best = _best_of(stage, grid, fits)
     if not (best.cause.delay or best.cause.lag) or best.odds <= 0:
         return best
-    change = _refined_change(stage, best.cause, torque)
-    fit = _fit_of_torque(stage, change, torque)
+    change = _refined_change(stage, best.cause)
+    fit = _fit_of_torque(stage, change)
     again = _best_of(stage, [change], [fit])
     return again if again.odds > best.odds else best
 
@@ -176,7 +174,7 @@ def _look(alone: Stage, change: Change) -> ScoreFit:
     """Return the fit to the changed logs in the weights of rows and joints of the model."""
     problem = alone.problem
     if [*change.factors] == ["tau"]:
-        fit = _fit_of_torque(alone, change, problem.torque)
+        fit = _fit_of_torque(alone, change)
         return _as_recorded(alone, change, fit, alone.score.counts)
     score = problem.looked(change).stage().score
     return _as_recorded(alone, change, score.alone, score.counts)
@@ -185,8 +183,8 @@ def _look(alone: Stage, change: Change) -> ScoreFit:
 def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
     """Return the fit to the changed logs."""
     problem = alone.problem
-    if [*change.factors] == ["tau"]:  # another unit: the regressor stays
-        scale = change.scale(problem.base.n)
+    if [*change.factors] == ["tau"] and not problem.robot.floating:  # the regressor stays
+        scale = change.scale(problem.robot)
         problem = replace(problem, base=problem.base.with_torque(1 / scale))
     else:
         problem = problem.tried(change)
@@ -195,12 +193,12 @@ def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
 
 
 def _as_recorded(alone: Stage, change: Change, fit: ScoreFit, counts: FloatArray) -> ScoreFit:
-    """Return a fit to changed logs, (n, folds) counts of rows, as one of the recorded torque."""
+    """Return a fit to changed logs, (m, folds) counts of rows, as one of the recorded torque."""
     score = alone.score
-    squared = change.scale(len(score.sigma)) ** 2
+    squared = change.scale(alone.problem.robot) ** 2
     variance = squared[:, None] * fit.squares / np.maximum(counts, 1.0)
     logs = np.log(np.maximum(variance + score.misfit[:, None] ** 2, TINY))
-    density = -0.5 / TEMPERATURE * float(np.sum(score.counts * logs))
+    density = -0.5 / score.temperature * float(np.sum(score.counts * logs))
     return fit._replace(score=density, variance=fit.variance * squared)
 
 
@@ -211,19 +209,20 @@ def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[ScoreFit]) -> 
     k = int(np.argmax(odds.round(DIGITS)))
     change = grid[k]
     # Each wrong sign costs the same. A set and its complement fit alike: the smaller one counts.
-    few = min(len(change.joints), len(size) - len(change.joints))
+    few = min(len(change.joints), stage.problem.robot.n - len(change.joints))
     prior = math.log(change.definition.odds) * max(1, few)
     odds_of_grid = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
     worth, gain = worth_and_gain(alone.variance, fits[k].variance, size, ())
     return Changed(change, odds_of_grid, worth, gain)
 
 
-def _fit_of_torque(stage: Stage, change: Change, torque: Torque) -> ScoreFit:
+def _fit_of_torque(stage: Stage, change: Change) -> ScoreFit:
     """Return the fit to the torques with a change undone."""
-    return stage.score.of_torque(change.torque(torque) - torque(0.0))
+    problem = stage.problem
+    return stage.score.of_torque(problem.torque_without(change) - problem.base.measured)
 
 
-def _refined_change(stage: Stage, change: Change, torque: Torque) -> Change:
+def _refined_change(stage: Stage, change: Change) -> Change:
     """Return a delay or a filter with its most probable size, and the deviation of that."""
     from scipy.optimize import minimize_scalar
 
@@ -233,7 +232,7 @@ def _refined_change(stage: Stage, change: Change, torque: Torque) -> Change:
         return make(change.joints, math.copysign(math.exp(x), value))
 
     def cost(x: float) -> float:
-        return -_fit_of_torque(stage, changed(x), torque).score
+        return -_fit_of_torque(stage, changed(x)).score
 
     near = math.log(abs(value))
     bounds = near - math.log(2), near + math.log(2)

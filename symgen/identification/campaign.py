@@ -35,7 +35,7 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load_model
 
 _OFFSETS = "the offsets of the IMU in each log and its delay are estimated with the parameters"
-_UNSEARCHED = "delays, contacts and missing effects are not searched for on a floating base"
+_UNSEARCHED = "delays, contacts and missing effects are not searched for without forces or joints"
 
 
 @dataclass(frozen=True)
@@ -117,9 +117,16 @@ class Campaign:
         """Notes on the logs and on their band."""
         noted = [note for log in self.logs for note in log.samples.notes]
         drives = () if self.scales is None else self.scales.in_words
-        unsearched = (_UNSEARCHED,) if self.robot.floating else ()
+        unsearched = (_UNSEARCHED,) * self.unsearched
         offsets = () if self.imu is None else (_OFFSETS,)
         return (*noted, *drives, *unsearched, *offsets, f"band: {self.band.in_words()}")
+
+    @property
+    def unsearched(self) -> bool:
+        """Whether nothing can be searched for: a base floats in flight, or without joints."""
+        samples = (log.samples for log in self.logs)
+        flies = any(s.forces is None and s.touches is None for s in samples)
+        return self.robot.floating and (flies or not self.robot.n)
 
     def torques(self, X: FloatArray) -> tuple[TorqueFit, TorqueFit]:
         """Compare the torques of the training and of the validation logs with those of X, (p,)."""

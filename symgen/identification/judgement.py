@@ -48,7 +48,7 @@ OPEN = "the motion does not determine all parameters"
 #: Ending of a reason whose cause is unknown.
 SEARCH = "symgen diagnose searches for the cause"
 _SUPPORTS = (
-    "check wrenches and contacts of the log, their frames and signs, and whether a contact slips"
+    "check wrenches and contacts of the log, their frames and signs, and whether other forces act"
 )
 #: Note on columns of torques or currents with the name of a command.
 _COMMAND = r"columns by name: .*\b(tau|i)\d* = [^,\n]*(target|desired|command|cmd|ref)"

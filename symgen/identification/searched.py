@@ -25,8 +25,8 @@ def searched(campaign: Campaign, least: float) -> Campaign:
     """Search for missing effects and faults of the logs, and undo delays, contacts and errors of an
     IMU.
 
-    The logs of a floating base are not searched. A delay of more than one kept row spoils the
-    choice of the band, which is then repeated.
+    Logs of a flight, and those of a robot without joints, are not searched. A delay of more than
+    one kept row spoils the choice of the band, which is then repeated.
 
     Args:
         campaign: the logs.
@@ -38,7 +38,7 @@ def searched(campaign: Campaign, least: float) -> Campaign:
     if broken:
         return replace(campaign, answer=Answer(shown=broken))
     campaign = without_imu_errors(campaign)
-    if campaign.robot.floating:
+    if campaign.unsearched:
         return campaign
     delays = tuple[Changed, ...]()
     contacts = tuple[Contact, ...]()
@@ -81,20 +81,22 @@ def without_imu_errors(campaign: Campaign) -> Campaign:
 
 
 def _without(campaign: Campaign, contacts: Sequence[Contact]) -> Campaign:
-    """Return the logs with the samples of contacts masked."""
+    """Return the logs with contacts undone: their samples masked, or their flags set."""
     for contact in contacts:
-        span, where = contact.cause, campaign.robot.listed(contact.joints)
+        span, robot = contact.cause, campaign.robot
+        where = robot.listed(contact.joints) if contact.joints else "the robot"
+        what = f"contact of {where}, {span.start:.3g} to {span.end:.3g} s"
         fault = Fault(
             span.log,
-            "tau",
-            f"contact of {where}, {span.start:.3g} to {span.end:.3g} s",
+            f"{span.frame}.contact" if span.frame else "tau",
+            span.in_words(robot) if span.frame else what,
             samples=span.last - span.first + 1,
-            done="left out",
+            done="set to 1" if span.frame else "left out",
             kind=contact.definition.name,
             joints=contact.joints,
         )
         repairs = (*campaign.repairs, fault)
-        campaign = replace(campaign.changed(span.mask), repairs=repairs)
+        campaign = replace(campaign.changed(span.undo), repairs=repairs)
     return campaign
 
 

@@ -356,6 +356,10 @@ class Robot:
         """Kinds of the equations in their order: of a free base, then types of movable joints."""
         return (*names.BASE_KINDS[: len(self.free)], *self.sigma)
 
+    def rows(self, places: Iterable[int]) -> list[int]:
+        """Return the places of movable joints among the equations, by their positions in q."""
+        return [len(self.free) + j for j in places]
+
     def at_rest(self) -> Robot:
         """Return the robot on a base that does not move.
 

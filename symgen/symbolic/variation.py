@@ -164,7 +164,7 @@ def link_values(robot: Robot, base: BaseParameters, X: FloatArray) -> FloatArray
     at = {joint.number: i for i, joint in enumerate(robot.moving)}
     for value, p in zip(X, base.parameters, strict=True):
         standard = base.standard[p.index]
-        if standard.prefix in names.LINK:
+        if standard.prefix in names.LINK and standard.joint in at:
             out[at[standard.joint], names.LINK.index(standard.prefix)] += value
     return out
 
