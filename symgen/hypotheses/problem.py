@@ -34,6 +34,8 @@ from symgen.symbolic.variation import link_values, variation
 
 _BLOCK = 160  # nodes of a log in one batch of columns of all links: more do not fit into a cache
 
+_CLIPPED = 3.0  # multiple of the median residual beyond which a residual counts no more
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -83,13 +85,13 @@ class Problem:
 
         On a floating base, noise of its motion is in all equations of a sample, and projected
         equations depend on each other. The number is then multiplied by |C|^2/m, with C the (m, m)
-        correlation of the residuals, clipped at their medians so that short spans count little.
+        correlation of the residuals. They are clipped, so that short spans count little.
         """
         if not self.robot.floating:
             return TEMPERATURE
         residual = self.base.whitened_residual[self.base.weight.any(axis=1)]
-        usual = np.median(np.abs(residual), axis=0)
-        rows = np.clip(residual, -usual, usual)
+        most = _CLIPPED * np.median(np.abs(residual), axis=0)
+        rows = np.clip(residual, -most, most)
         unit = rows / column_norms(rows)
         C = unit.T @ unit
         return TEMPERATURE * float(np.mean(np.sum(C**2, axis=0)))
