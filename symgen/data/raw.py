@@ -379,6 +379,8 @@ class Additions:
             frames without; or None.
         touches: (N, C) whether the robot touches its surroundings at its contacts, 0 or 1; NaN for
             contacts without a column; or None.
+        up: (N, 3) direction against gravity in the axes of the base, if it has round feet; None
+            before `open_log`.
         robot: the robot, if its base moves; None before `open_log`.
     """
 
@@ -391,6 +393,7 @@ class Additions:
     pose: FloatArray | None = None
     forces: FloatArray | None = None
     touches: FloatArray | None = None
+    up: FloatArray | None = None
     robot: Robot | None = None
 
 

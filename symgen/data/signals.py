@@ -36,7 +36,7 @@ MARGIN = 5.0
 TAIL = 9.6
 
 #: Channels of a base that moves.
-_OF_BASE = ("pose", "forces", "touches")
+_OF_BASE = ("pose", "forces", "touches", "up")
 _SLOW = 10.0  # Hz
 _LOST = 3.0  # steps that jitter or a lost row may take, for every motion
 _BRIDGED = 0.025  # s: a quarter of a period of the highest comparison band

@@ -28,7 +28,6 @@ from symgen.estimation.floating import (
     measured_forces,
     projected,
     touching,
-    upward,
 )
 from symgen.estimation.values import FloatArray
 
@@ -131,9 +130,7 @@ class FilteredLog:
         """(N, m) measured torque, N m (N), not filtered. On a floating base, it has the forces on
         the links, and unknown ones are projected out.
         """
-        if not self.base_rows:
-            return self.samples.tau
-        return measured_forces(self.samples, self._places, self._up)
+        return measured_forces(self.samples, self._places) if self.base_rows else self.samples.tau
 
     @cached_property
     def _places(self) -> FloatArray:
@@ -150,13 +147,7 @@ class FilteredLog:
         if self.samples.touches is None:
             return None
         every = slice(None, None, stride)
-        up = None if self._up is None else self._up[every]
-        return contact_jacobian(self.samples.cut(every), self._places[every], up)
-
-    @cached_property
-    def _up(self) -> FloatArray | None:
-        """The direction against gravity, (N, 3), if a foot is round."""
-        return upward(self.samples)
+        return contact_jacobian(self.samples.cut(every), self._places[every])
 
     @cached_property
     def spread(self) -> Callable[[int], FloatArray]:

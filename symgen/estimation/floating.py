@@ -24,8 +24,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.data.log import Log
 from symgen.data.raw import Bools
-from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes, smoothed
+from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes
 from symgen.estimation.band import Band
 from symgen.estimation.values import FloatArray
 from symgen.names import WRENCH_ENDS
@@ -46,7 +47,7 @@ _RIDGE = 1e-12
 #: Flag of a contact above which it touches.
 HALF = 0.5
 _BASE = 6  # equations of the base
-_SLOW = 0.2  # Hz, below which a specific force points upward
+_SECONDS = 10.0  # over which the mean of a specific force points upward
 
 
 def base_motion(samples: Samples, band: Band) -> tuple[FloatArray, ...]:
@@ -135,47 +136,47 @@ def _axes(robot: Robot, frame: Frame, q: FloatArray) -> FloatArray:
     return np.asarray(of_links[:, frame.joint - 1, :3, :3] @ turned)
 
 
-def upward(samples: Samples) -> FloatArray | None:
+def upward(log: Log, robot: Robot) -> FloatArray:
     """Return the direction against gravity in the axes of frame 0, (N, 3).
 
-    With an IMU, the angular velocity turns the specific force into the axes of the first sample,
-    where its slow part points upward, because accelerations cancel over some seconds.
+    With an IMU, the angular velocity turns the specific force into the axes of the first sample.
+    There, its mean over some seconds points upward, because accelerations cancel.
 
-    None without a contact on a round foot.
+    Args:
+        log: a log with the motion of the base.
+        robot: the robot.
     """
+    from scipy.signal import savgol_filter
     from scipy.spatial.transform import Rotation
 
-    robot = samples.robot
-    if robot is None or not any(contact.radius for contact in robot.contacts):
-        return None
-    if samples.pose is not None:
-        ahead = Rotation.from_quat(samples.pose[:, [4, 5, 6, 3]])
+    if log.pose is not None:
+        attitude = Rotation.from_quat(log.pose[:, [4, 5, 6, 3]])
         gravity = np.array([float(g) for g in robot.with_values().gravity])
-        return np.asarray(ahead.inv().apply(-gravity / np.linalg.norm(gravity)))
-    assert samples.imu is not None
-    force, w = np.hsplit(samples.imu.copy(), 2)
+        return np.asarray(attitude.inv().apply(-gravity / np.linalg.norm(gravity)))
+    assert log.imu is not None
+    force, w = np.hsplit(log.imu.copy(), 2)
     if robot.mount is not None:
         turned = np.asarray(turn(*robot.mount.rotation), dtype=np.float64)
         force, w = force @ turned.T, w @ turned.T
-    ahead = _chained(Rotation.from_rotvec(samples.step * w))
-    slow = smoothed(ahead.apply(force), samples.step, _SLOW)
-    up = slow / np.linalg.norm(slow, axis=1, keepdims=True)
-    return np.asarray(ahead.inv().apply(up))
+    step = float(np.median(np.diff(log.t)))
+    attitude = _chained(Rotation.from_rotvec(step * w))
+    window = min(round(_SECONDS / step), len(w) // 2) // 2 * 2 + 1
+    mean = savgol_filter(attitude.apply(force), window, 1, axis=0)
+    up = mean / np.linalg.norm(mean, axis=1, keepdims=True)
+    return np.asarray(attitude.inv().apply(up))
 
 
 def _chained(turns: Rotation) -> Rotation:
     """Return the products of the first turns: of one, of two, and so on."""
-    step, count = 1, len(turns)
-    while step < count:
+    step = 1
+    while step < len(turns):
         later = turns[:-step] * turns[step:]
         turns = turns.concatenate([turns[:step], later])
         step *= 2
     return turns
 
 
-def contact_jacobian(
-    samples: Samples, q: FloatArray, up: FloatArray | None = None
-) -> FloatArray | None:
+def contact_jacobian(samples: Samples, q: FloatArray) -> FloatArray | None:
     """Return J at samples, (k, c, m), with rows of zeros for contacts that do not touch.
 
     None if no contact has an unknown force.
@@ -183,7 +184,6 @@ def contact_jacobian(
     Args:
         samples: k samples.
         q: (k, n) their positions.
-        up: (k, 3) their `upward`.
     """
     flags, robot = touching(samples), samples.robot
     if flags is None or robot is None:
@@ -191,8 +191,8 @@ def contact_jacobian(
     robot, parts = robot.with_values(), []
     for contact, active in zip(robot.contacts, flags.T, strict=True):
         J = frame_jacobian(robot, robot.frame(contact.frame), q)
-        if up is not None:
-            below = -contact.radius * up
+        if contact.radius and samples.up is not None:
+            below = -contact.radius * samples.up
             J[:, :3] += np.cross(J[:, 3:], below[:, :, None], axis=1)
         parts.append(J[:, : contact.rows] * active[:, None, None])
     return np.concatenate(parts, axis=1)
@@ -233,13 +233,12 @@ def projected(x: FloatArray, J: FloatArray | None) -> FloatArray:
     return np.asarray(out.reshape(x.shape))
 
 
-def measured_forces(samples: Samples, q: FloatArray, up: FloatArray | None = None) -> FloatArray:
+def measured_forces(samples: Samples, q: FloatArray) -> FloatArray:
     """Return what is measured in each equation of a floating base, projected, (N, m).
 
     Args:
         samples: the log.
         q: (N, n) smooth positions.
-        up: (N, 3) its `upward`.
     """
     count = len(samples.t)
     out = np.concatenate([np.zeros((count, _BASE)), samples.tau], axis=1)
@@ -247,8 +246,7 @@ def measured_forces(samples: Samples, q: FloatArray, up: FloatArray | None = Non
         at = slice(first, first + _CHUNK)
         some = samples.cut(at)
         out[at] += _of_wrenches(some, q[at])
-        J = contact_jacobian(some, q[at], None if up is None else up[at])
-        out[at] = projected(out[at], J)
+        out[at] = projected(out[at], contact_jacobian(some, q[at]))
     return out
 
 

@@ -37,6 +37,7 @@ from symgen.data.raw import (
 )
 from symgen.data.signals import Samples, interpolated, noise_of_differences
 from symgen.errors import LogError, located
+from symgen.estimation.floating import upward
 from symgen.estimation.values import FloatArray
 from symgen.names import PRISMATIC, WRENCH_ENDS
 from symgen.policy import COPIED, EQUAL
@@ -141,6 +142,8 @@ def with_base(log: Log, robot: Robot) -> Log:
         _require_imu(log, robot)
     if not robot.floating:
         return replace(log, forces=None, touches=None)
+    if any(contact.radius for contact in robot.contacts):
+        log = replace(log, up=read_only(upward(log, robot)))
     return _with_forces(log, robot)
 
 

@@ -67,6 +67,12 @@ class ImuErrors:
     spread: FloatArray
 
     @property
+    def certain_delay(self) -> float:
+        """The delay, s, if it differs from zero beyond chance, else zero."""
+        std = self.std[self.offsets.size :]
+        return self.delay if (abs(self.delay) > BEYOND * std).all() else 0.0
+
+    @property
     def repairs(self) -> Iterator[Fault]:
         """The repairs of errors that differ from zero beyond chance."""
         of_logs, of_delay = np.split(self.std, [self.offsets.size])
@@ -74,10 +80,9 @@ class ImuErrors:
         for log, offsets, std in zip(self.logs, self.offsets, deviations, strict=True):
             if (np.abs(offsets) > BEYOND * std).any():
                 yield _removed(log, offsets, std)
-        for deviation in of_delay.tolist():
-            if abs(self.delay) > BEYOND * deviation:
-                samples = sum(len(log.t) for log in self.logs)
-                yield replace(shifted_imu(self.delay, deviation), samples=samples)
+        if self.certain_delay:
+            samples = sum(len(log.t) for log in self.logs)
+            yield replace(shifted_imu(self.delay, float(of_delay[0])), samples=samples)
 
     def with_uncertainty(self, solution: Solution) -> Solution:
         """Return a solution with the uncertainty of these errors."""
@@ -192,9 +197,12 @@ def _covariance(
         weights: one for each log and joint.
         bread: inverse of the information of the equations and the prior.
     """
-    features = features_of(logs, evaluator.model.robot.sigma)
-    waves = [features.in_band(log.at_nodes()) for log in logs]
-    equations = replace(rows, features=np.concatenate(waves)).parts
+    robot = evaluator.model.robot
+    if robot.n:
+        features = features_of(logs, robot.sigma)
+        waves = [features.in_band(log.at_nodes()) for log in logs]
+        rows = replace(rows, features=np.concatenate(waves))
+    equations = rows.parts
     parts = summaries(equations)
     at = np.zeros(len(bread))
     meat = sum_of_scores(equations, parts, weights, at)

@@ -74,7 +74,8 @@ def without_imu_errors(campaign: Campaign) -> Campaign:
         return campaign
     campaign.progress("estimating the offsets and the delay of the IMU")
     of_train = imu_errors(campaign.evaluator, campaign.train)
-    of_held = offsets_with_known(campaign.evaluator, campaign.held, of_train.X, of_train.delay)
+    X, delay = of_train.X, of_train.certain_delay
+    of_held = offsets_with_known(campaign.evaluator, campaign.held, X, delay)
     repairs = (*campaign.repairs, *of_train.repairs, *of_held.repairs)
     train, held = of_train.logs, of_held.logs
     return replace(campaign, train=train, held=held, repairs=repairs, imu=of_train)

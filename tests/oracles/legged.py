@@ -61,11 +61,12 @@ def text_of(arm: Arm, more: str = "", base: str = "floating") -> str:
 
 @dataclass(frozen=True)
 class Foot:
-    """A foot: its link, place and axes in the frame of this link."""
+    """A foot: its link, its place and axes in the frame of this link, and the radius of a ball."""
 
     link: int
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
     axes: np.ndarray = field(default_factory=partial(np.eye, 3))
+    radius: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -139,13 +140,21 @@ class Legged:
         out[:, 6:] += VISCOUS * motion.q[1]
         return out
 
-    def jacobian(self, q: np.ndarray, foot: Foot) -> np.ndarray:
-        """Velocity of a foot, then its angular velocity, in the axes of the foot, (6, n + 6)."""
+    def jacobian(self, q: np.ndarray, foot: Foot, up: np.ndarray | None = None) -> np.ndarray:
+        """Velocity of a foot, then its angular velocity, in the axes of the foot, (6, n + 6).
+
+        The point of a ball is the lowest one, with `up` in the axes of the base.
+        """
         flyer, pin = self.flyer, self.flyer._pin
         joint, inside = flyer.carriers[foot.link]
         J = pin.computeJointJacobian(flyer.model, flyer.data, flyer.place(q), joint)
         axes = (inside.rotation @ foot.axes).T
-        linear = J[:3] - np.cross(inside.act(np.array(foot.at)), J[3:], axisb=0, axisc=0)
+        point = inside.act(np.array(foot.at))
+        if up is not None and foot.radius:
+            pin.forwardKinematics(flyer.model, flyer.data, flyer.place(q))
+            in_joint = flyer.data.oMi[joint].rotation.T @ flyer.rotation @ up
+            point = point - foot.radius * in_joint
+        linear = J[:3] - np.cross(point, J[3:], axisb=0, axisc=0)
         return np.vstack([axes @ linear, axes @ J[3:]])[:, flyer.order]
 
     def supported(
@@ -158,11 +167,11 @@ class Legged:
             touches: (N, feet) whether a foot has a force.
             rows: 3 for a force, 6 for a force and a moment.
         """
-        every = self.torques(motion)
+        every, up = self.torques(motion), motion.rotation[:, 2]
         forces = np.zeros((*touches.shape, rows))
         for k, (q, down) in enumerate(zip(motion.q[0], touches, strict=True)):
             at = np.flatnonzero(down)
-            J = [self.jacobian(q, self.feet[i])[:rows] for i in at]
+            J = [self.jacobian(q, self.feet[i], up[k])[:rows] for i in at]
             if J:
                 across = np.vstack(J).T
                 found = np.linalg.lstsq(across[:6], every[k, :6], rcond=None)[0]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from browser import Page
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 from support import parsed
 
@@ -190,7 +191,8 @@ def test_held_out_motion_is_predicted_as_by_the_true_parameters(walks, tmp_path:
     _, held, estimate = walks
     symgen.write(estimate, tmp_path / "id")
     found = symgen.predict(walker().robot, held, tmp_path / "id")
-    assert found.error.relative == pytest.approx(estimate.torque_validation.relative, rel=1e-6)
+    # The offsets of the IMU in `held` are those of slightly different parameters.
+    assert found.error.relative == pytest.approx(estimate.torque_validation.relative, rel=1e-3)
     names = [p.name for p in estimate.parameters]
     lines = "".join(f"{n} = {x!r}\n" for n, x in zip(names, walker().X.tolist(), strict=True))
     (tmp_path / "true.toml").write_text(f"[parameters]\n{lines}")
@@ -224,10 +226,22 @@ def test_a_csv_holds_wrenches_of_frames(walks, tmp_path: Path) -> None:
     assert [p.value for p in found.parameters] == [p.value for p in want.parameters]
 
 
+def posed() -> symgen.Log:
+    """The first log of the walker with a pose instead of an IMU."""
+    motion, tau, wrenches = walked(1)
+    return log_of(motion, tau, 1, pose=pose_of(motion), forces=noisy(5, wrenches, FORCE))
+
+
+def pose_of(motion: Motion) -> np.ndarray:
+    quaternion, *_ = turned(motion.angles)
+    pose = np.hstack([motion.place[0], -quaternion])  # the same attitude
+    return noisy(8, pose, 1e-6)
+
+
 def test_a_long_npz_is_read_in_segments(walks, tmp_path: Path, monkeypatch) -> None:
-    log, robot = walks[0], walker().robot
-    table = columns(log)
-    arrays = {key: getattr(log, key) for key in ("t", "q", "qd", "tau", "imu")}
+    log, robot = posed(), walker().robot
+    table = columns(replace(log, imu=walks[0].imu))
+    arrays = {key: getattr(log, key) for key in ("t", "q", "qd", "tau", "pose")}
     wrenches = {name: x for name, x in table.items() if "." in name}
     np.savez(tmp_path / "a.npz", **arrays, **wrenches)
     want = symgen.identify(robot, log, method="wls", cutoff=14)
@@ -254,10 +268,7 @@ def test_a_missing_column_is_named(walks, tmp_path: Path) -> None:
 
 
 def test_a_pose_stands_for_the_imu(walks) -> None:
-    motion, tau, wrenches = walked(1)
-    quaternion, *_ = turned(motion.angles)
-    pose = np.hstack([motion.place[0], -quaternion])  # the same attitude
-    log = log_of(motion, tau, 1, pose=noisy(8, pose, 1e-6), forces=noisy(5, wrenches, FORCE))
+    log = posed()
     estimate = symgen.identify(walker().robot, log, validation=walks[1])
     assert np.abs(walker().off(estimate)).max() < 4.5
     assert estimate.torque_validation.relative < 1.3 * walks[2].torque_validation.relative
@@ -278,6 +289,30 @@ def test_an_imu_at_another_place_is_moved_to_the_origin() -> None:
     robot = parsed(text_of(walker().body.arm, FRAMES + mount))
     estimate = symgen.identify(robot, log, method="wls")
     assert np.abs(walker().off(estimate)).max() < 4.5
+
+
+def off_imu(log: symgen.Log, offsets: np.ndarray, late: float) -> symgen.Log:
+    """A log whose IMU has offsets and is late by some seconds."""
+    spline = CubicSpline(log.t, log.imu)
+    return replace(log, imu=spline(np.maximum(log.t - late, 0.0)) + offsets)
+
+
+def test_offsets_and_delay_of_an_imu_are_estimated_and_removed(walks, tmp_path: Path) -> None:
+    robot, late = walker().robot, 1.5e-3
+    errors = np.array([[0.06, -0.05, 0.04, 0.004, -0.005, 0.006], [-0.05, 0.04, -0.06, 0, 0, 0]])
+    train, held = (off_imu(log, o, late) for log, o in zip(walks[:2], errors, strict=True))
+    estimate = symgen.identify(robot, train, validation=held)
+    assert np.abs(walker().off(estimate)).max() < 4
+    assert estimate.torque_validation.relative < 1.1 * walks[2].torque_validation.relative
+    repairs = [fault for fault in estimate.repairs if fault.channel == "imu"]
+    of_train, delay, of_held = repairs
+    for fault, true in ((of_train, errors[0]), (of_held, errors[1])):
+        _, found, std = zip(*fault.values, strict=True)
+        assert np.all(np.abs(np.array(found) - true) < 4 * np.array(std))
+    assert abs(delay.value - late) < 4 * delay.std
+    symgen.write(estimate, tmp_path / "id")
+    predicted = symgen.predict(robot, held, tmp_path / "id")
+    assert predicted.error.relative == pytest.approx(estimate.torque_validation.relative, rel=1e-3)
 
 
 def test_flight_gives_parameters_from_the_torques_of_the_joints() -> None:
@@ -357,6 +392,35 @@ def test_hidden_forces_at_contacts_have_no_part_in_the_estimate(crawls) -> None:
     assert np.mean(np.abs(off) < 1.96) > 0.88
     masses = [p.value for p in estimate.parameters if p.name in ("M0R", "M3", "M6", "M9", "M12")]
     assert sum(masses) == pytest.approx(sum(crawler().body.links[:, 9]), rel=0.01)
+
+
+def rolled(seconds: float, *, posed: bool) -> tuple[symgen.Robot, symgen.Log]:
+    """The crawler on round feet, and a log of it."""
+    motion, touches = crawl(1, seconds)
+    feet = [replace(foot, radius=0.03) for foot in crawler().body.feet]
+    tau, _ = Legged(crawler().body.arm, 3, feet).supported(motion, touches, 3)
+    more = {"pose": pose_of(motion)} if posed else {"imu": imu_of(motion, 1)}
+    log = log_of(motion, tau[:, 6:], 1, **more, touches=touches.astype(float))
+    contacts = tuple(replace(contact, radius=0.03) for contact in crawler().robot.contacts)
+    return replace(crawler().robot, contacts=contacts), log
+
+
+def test_the_force_on_a_round_foot_acts_below_its_centre() -> None:
+    estimate = symgen.identify(*rolled(12.0, posed=True), method="wls", cutoff=14)
+    assert np.abs(crawler().off(estimate)).max() < 4.5
+    assert estimate.torque_validation.relative < 0.002
+
+
+@pytest.mark.slow
+def test_an_imu_shows_where_a_round_foot_touches() -> None:
+    robot, log = rolled(12.0, posed=False)
+    estimates = [
+        symgen.identify(of_feet, log, method="wls", cutoff=14)
+        for of_feet in (robot, crawler().robot)
+    ]
+    assert np.abs(crawler().off(estimates[0])).max() < 4.5
+    ours, of_points = (e.torque_validation.relative for e in estimates)
+    assert ours < 0.3 * of_points
 
 
 @pytest.mark.slow
