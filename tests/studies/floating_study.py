@@ -14,6 +14,7 @@ import argparse
 import sys
 import tempfile
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -242,6 +243,12 @@ def trot(robot: Quadruped, seed: int, seconds: float) -> dict[str, np.ndarray]:
     }
 
 
+def off(t: np.ndarray, imu: np.ndarray, draw: np.random.Generator) -> np.ndarray:
+    """Return the readings of an IMU that is late and has offsets."""
+    late = CubicSpline(t, imu)(np.maximum(t - LATE, 0))
+    return late + np.repeat(OFFSETS, 3) * draw.choice([-1, 1], 6)
+
+
 def log_of(
     name: str,
     clean: dict[str, np.ndarray],
@@ -258,8 +265,7 @@ def log_of(
 
     t, imu = clean["t"], clean["imu"]
     if offsets:
-        imu = CubicSpline(t, imu)(np.maximum(t - LATE, 0))
-        imu = imu + np.repeat(OFFSETS, 3) * draw.choice([-1, 1], 6)
+        imu = off(t, imu, draw)
     of_legs = [f"{leg}_{joint}_joint" for leg in LEGS for joint in _JOINTS]
     order = [of_legs.index(name) for name in robot.joint_names]  # that of the file
     q, qd, tau = (clean[role][:, order] for role in ("q", "qd", "tau"))
@@ -303,10 +309,10 @@ def judged(
     given |= {p.name: ARMATURE for p in model.base.standard if p.prefix == "IA"}
     X = base_values(given, model, "the URDF")
     found = np.array([p.value for p in estimate.parameters])
-    off = np.array([abs(p.value - x) / p.std for p, x in zip(estimate.parameters, X, strict=True)])
-    errors = torque_errors(robot, logs[1], [X, found], estimate.band)
+    away = np.array([abs(p.value - x) / p.std for p, x in zip(estimate.parameters, X, strict=True)])
+    errors = torque_errors(robot, logs[1], [X, found], estimate.band, estimate.shifts)
     total = next(p.value for p in estimate.parameters if p.name == "M0R")
-    result = total / mass - 1, float(np.mean(off < 1.96)), errors[1] / errors[0]
+    result = total / mass - 1, float(np.mean(away < 1.96)), errors[1] / errors[0]
     error = estimate.torque_validation
     print(
         f"seed {seed}: {estimate.verdict}, total mass {100 * result[0]:+.3f} %, intervals "
@@ -317,9 +323,9 @@ def judged(
     return result
 
 
-def main() -> None:
-    """Run the study."""
-    parser = argparse.ArgumentParser(description=__doc__)
+def run(study: Callable[..., tuple[float, ...]], doc: str | None) -> None:
+    """Run a study with the options of the command line."""
+    parser = argparse.ArgumentParser(description=doc)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seconds", type=float, default=30.0)
@@ -337,4 +343,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run(study, __doc__)

@@ -1,6 +1,6 @@
 """A humanoid of example-robot-data steps in place in MuJoCo; its logs are identified.
 
-    python tests/studies/humanoid_study.py --seeds 5 [--hidden]
+    python tests/studies/humanoid_study.py --seeds 5 [--hidden] [--offsets]
 
 The Unitree G1 has flat feet. A gantry with a force sensor at its pelvis carries a part of the
 weight, and keeps it upright while it sways and lifts one foot after the other. Masses are 10 to
@@ -10,7 +10,6 @@ measured, or hidden with the contacts declared. The lines are those of floating_
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -32,6 +31,8 @@ from floating_study import (
     TORQUE,
     changed,
     judged,
+    off,
+    run,
     urdf_of,
 )
 from scipy.ndimage import binary_dilation
@@ -182,13 +183,16 @@ def step(m: mujoco.MjModel, seed: int, seconds: float) -> dict[str, np.ndarray]:
             "touches": down, "names": names}  # fmt: skip
 
 
-def log_of(name: str, clean: dict, robot: symgen.Robot, hidden: bool, seed: int) -> symgen.Log:
+def log_of(
+    name: str, clean: dict, robot: symgen.Robot, hidden: bool, offsets: bool, seed: int
+) -> symgen.Log:
     """Return a log with noise, and the wrench of the gantry, and of the feet unless hidden."""
     draw = np.random.default_rng(seed)
 
     def noisy(x: np.ndarray, size) -> np.ndarray:
         return x + size * draw.normal(size=x.shape)
 
+    imu = off(clean["t"], clean["imu"], draw) if offsets else clean["imu"]
     order = [clean["names"].index(name) for name in robot.joint_names]
     q, qd, tau = (clean[role][:, order] for role in ("q", "qd", "tau"))
     frames = [frame.name for frame in robot.frames]
@@ -199,12 +203,12 @@ def log_of(name: str, clean: dict, robot: symgen.Robot, hidden: bool, seed: int)
         forces[:, frames.index(frame)] = noisy(clean["wrenches"][:, k], noise)
     return make_log(
         name, clean["t"], noisy(q, ENCODER), noisy(tau, TORQUE), noisy(qd, SPEED),
-        imu=noisy(clean["imu"], np.repeat(IMU, 3)), touches=clean["touches"].astype(float),
+        imu=noisy(imu, np.repeat(IMU, 3)), touches=clean["touches"].astype(float),
         forces=forces.reshape(len(q), -1),
     )  # fmt: skip
 
 
-def study(seed: int, hidden: bool, seconds: float) -> tuple[float, ...]:
+def study(seed: int, hidden: bool, offsets: bool, seconds: float) -> tuple[float, ...]:
     """Return the error of the total mass, the coverage, and the ratio of torque errors."""
     urdf = changed(welded(urdf_of("g1_29dof_rev_1_0")), seed)
     with tempfile.TemporaryDirectory() as folder:
@@ -216,29 +220,11 @@ def study(seed: int, hidden: bool, seconds: float) -> tuple[float, ...]:
     robot = replace(imported.robot, contacts=contacts, frames=frames)
     m = plant(urdf)
     logs = [
-        log_of(f"log{k}", step(m, 2 * seed + k, seconds), robot, hidden, 2 * seed + k)
+        log_of(f"log{k}", step(m, 2 * seed + k, seconds), robot, hidden, offsets, 2 * seed + k)
         for k in range(2)
     ]
     return judged(seed, robot, dict(imported.parameters), m.body_mass.sum(), logs)
 
 
-def main() -> None:
-    """Run the study."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--seconds", type=float, default=30.0)
-    parser.add_argument("--hidden", action="store_true", help="hide the wrenches on the feet")
-    options = parser.parse_args()
-    seeds = range(options.first, options.first + options.seeds)
-    runs = [study(seed, options.hidden, options.seconds) for seed in seeds]
-    mass, inside, ratio = np.array(runs).T
-    print(
-        f"total mass: largest error {100 * np.abs(mass).max():.3f} %; intervals that contain the "
-        f"parameter: {100 * inside.mean():.1f} %; torque error over that of the true parameters: "
-        f"up to {ratio.max():.3f}"
-    )
-
-
 if __name__ == "__main__":
-    main()
+    run(study, __doc__)
