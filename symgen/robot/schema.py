@@ -62,11 +62,13 @@ class TableReader:
     Attributes:
         joints: number of joints.
         movable: numbers of the movable joints.
+        floats: whether the base floats.
         geometry: the named lengths and angles, with their exact values.
     """
 
     def __init__(self, joints: int = 0, movable: Collection[int] = ()) -> None:
         self.joints, self.movable = joints, movable
+        self.floats = False
         self.geometry: dict[str, sp.Expr] = {}
 
     def table(self, kind: type[Table], table: Any, place: str, **more: Any) -> Table:
@@ -141,7 +143,7 @@ class TableReader:
         if mark.movable and number not in self.movable:
             accepted = ", ".join(map(str, self.movable))
             raise RobotError(f"{place}: {number} is not a movable joint; accepted: {accepted}")
-        least = 0 if mark.base else 1
+        least = 0 if mark.base or (mark.link and self.floats) else 1
         if not least <= number <= self.joints:
             raise RobotError(
                 f"{place}: there is no joint {number}; accepted: {least} to {self.joints}"

@@ -52,10 +52,13 @@ class Before:
 
 @dataclass(frozen=True)
 class JointNumber:
-    """Marks an integer as the number of a joint: any joint, a movable one, or 0 for the base."""
+    """Marks an integer as the number of a joint: any joint, a movable one, 0 for the base, or 0 for
+    link 0 of a base that floats.
+    """
 
     movable: bool = False
     base: bool = False
+    link: bool = False
 
 
 #: Marks a list with one entry for each movable joint.
@@ -132,7 +135,7 @@ class Head:
 class PayloadTable:
     """[payload]: a load on the link of a joint, or on link 0 of a floating base."""
 
-    joint: Annotated[int, JointNumber(base=True)]
+    joint: Annotated[int, JointNumber(link=True)]
 
 
 @dataclass(frozen=True)

@@ -151,7 +151,8 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
     lengths = reader.value(dict[GeometryName, sp.Expr], data.get("geometry", {}), "geometry")
     reader.geometry = {name: written_fraction(value) for name, value in lengths.items()}
     head = _head(data["robot"], reader)
-    joints = _joints(data, reader, head.base == names.BASES[-1])
+    reader.floats = head.base == names.BASES[-1]
+    joints = _joints(data, reader, reader.floats)
     sigma = {joint.number: joint.sigma for joint in joints if joint.movable}
     reader.joints, reader.movable = len(joints), tuple(sigma)
     effects, sought = _effects(_repeated(data, "effect"), sigma, reader)
@@ -186,9 +187,6 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
             robot.frame(frame)
     if robot.mount is not None and not robot.imu:
         raise RobotError("base: accepted: with base = 'imu' or 'floating' in [robot]")
-    if robot.payload is not None:
-        with located("payload, key 'joint'"):
-            robot.joint(robot.payload)  # 0 is the link of a floating base
     if robot.contacts and not robot.floating:
         raise RobotError("contact: accepted: with base = 'floating' in [robot]")
     return robot
