@@ -152,7 +152,7 @@ def _paths(s: Samples) -> FloatArray:
     if not _floats(s):
         return s.q
     if s.imu is None:
-        return s.q if s.pose is None else np.hstack([s.q, 2 * s.pose[:, 3:]])
+        return s.q if s.pose is None else np.hstack([s.q, 2 * s.pose[:, 4:]])
     return np.hstack([s.q, s.step * np.cumsum(s.imu[:, 3:], axis=0)])
 
 

@@ -87,7 +87,7 @@ def shifted_torques(channel: str, delay: float, std: float = math.nan, who: str 
 def shifted_imu(delay: float, std: float = math.nan) -> Fault:
     """Return the repair of an IMU that is late by `delay` s, with its standard deviation."""
     word = "late" if delay > 0 else "early"
-    text = f"the IMU is {1e3 * abs(delay):.3g} ms {word} against the joints"
+    text = f"the IMU is {1e3 * abs(delay):.3g} ms {word} against the torques and forces"
     values = (("DT", delay, std),)
     return Fault(EVERYWHERE, IMU, text, done="shifted", values=values, kind="delay")
 

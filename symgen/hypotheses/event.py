@@ -98,7 +98,9 @@ class Span(Hypothesis):
         at = self.equations
         count = np.sum((score.weight * self.rows)[:, at] ** 2, axis=0) / score.temperature
         floor = score.misfit[at] ** 2
-        ratio = _variance_ratio(count, variance[at] + floor, fit.variance[at] + floor)
+        separate, usual = variance[at] + floor, fit.variance[at] + floor
+        live = count * np.minimum(separate, usual) > 0  # hidden forces may leave nothing of a row
+        ratio = _variance_ratio(count[live], separate[live], usual[live])
         if not self.joints:  # all equations are left out, and the force acts in some of them
             ratio = np.maximum(ratio, 0.0)
         return gained + float(ratio.sum()) - self.price, fit

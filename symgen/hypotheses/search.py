@@ -114,7 +114,7 @@ def _held_contacts(result: SearchResult, matters: float) -> Iterator[Contact]:
         held = joined.logs[: len(held)]
         before, score = score, joined.stage(effects).score
         remaining = np.sqrt(score.alone.variance / np.maximum(before.alone.variance, TINY))
-        if remaining[list(contact.joints)].min() <= SHOWN:
+        if remaining[contact.cause.equations].min() <= SHOWN:
             yield contact
 
 

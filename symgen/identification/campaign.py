@@ -34,7 +34,8 @@ from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load_model
 
-_OFFSETS = "the offsets of the IMU in each log and its delay are estimated with the parameters"
+_OFFSETS = "the offsets of the IMU in each log are estimated and removed"
+_KEPT = "the offsets of the IMU are not estimated here: they have to be removed from the logs first"
 _UNSEARCHED = "delays, contacts and missing effects are not searched for without forces or joints"
 
 
@@ -84,7 +85,7 @@ class Campaign:
         long: all of the logs, if they are long; else None.
         scales: scales of the drives that turned their inputs into torques; None for logs of
             torques.
-        imu: errors of the IMU that were removed from the training logs; None without an IMU.
+        imu: errors of the IMU that were removed from the training logs; None if none were.
         progress: called with a text about the current step.
     """
 
@@ -118,7 +119,8 @@ class Campaign:
         noted = [note for log in self.logs for note in log.samples.notes]
         drives = () if self.scales is None else self.scales.in_words
         unsearched = (_UNSEARCHED,) * self.unsearched
-        offsets = () if self.imu is None else (_OFFSETS,)
+        moves = any(log.samples.imu is not None for log in self.logs)
+        offsets = (_OFFSETS,) if self.imu else (_KEPT,) * moves
         return (*noted, *drives, *unsearched, *offsets, f"band: {self.band.in_words()}")
 
     @property

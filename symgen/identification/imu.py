@@ -32,6 +32,7 @@ from symgen.estimation.solve import (
 )
 from symgen.estimation.summary import Summary, summaries
 from symgen.estimation.system import Rows, join, torque_at, torque_equations
+from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import IMU, Fault, shifted_imu
 from symgen.faults.undo import with_imu
@@ -103,6 +104,12 @@ def has_imu(log: FilteredLog) -> bool:
     return bool(log.base) and log.samples.imu is not None
 
 
+def undone(log: FilteredLog, delay: float, offsets: FloatArray) -> FilteredLog:
+    """Return a log without a delay and offsets (6,) of its IMU."""
+    samples = with_imu(log.samples, delay, offsets)
+    return replace(log, samples=samples, base=base_motion(samples, log.band))
+
+
 def imu_errors(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> ImuErrors:
     """Estimate the errors of the IMU in training logs, together with the parameters.
 
@@ -116,16 +123,24 @@ def imu_errors(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> ImuErrors:
 def offsets_with_known(
     evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, delay: float = 0.0
 ) -> ImuErrors:
-    """Estimate the offsets of the IMU in logs, for known parameters and a known delay.
+    """Estimate the offsets of the IMU in logs, for known parameters.
 
     Args:
         evaluator: the compiled model.
         logs: the logs in the band of the run.
         X: (p,) parameters.
-        delay: s by which the IMU is late.
+        delay: s by which the IMU was late in other logs. A log is shifted only if this lowers its
+            torque error, because another recorder may not be late.
     """
-    earlier = [_undone(log, delay, np.zeros(_SIX)) for log in logs]
-    return _fitted(evaluator, earlier, X)
+    if not delay:
+        return _fitted(evaluator, logs, X)
+    chosen = []
+    for log in logs:
+        both = [log, undone(log, delay, np.zeros(_SIX))]
+        fits = [_fitted(evaluator, [each], X).logs for each in both]
+        errors = [fit(evaluator, each, X).in_motion.residual.relative for each in fits]
+        chosen.append(both[int(np.argmin(errors))])
+    return _fitted(evaluator, chosen, X)
 
 
 def _fitted(
@@ -160,13 +175,15 @@ def _fitted(
         X = X + of_X if known is None else X
         offsets, delay = np.split(errors, [_SIX * len(logs)])
         each = zip(logs, offsets.reshape(-1, _SIX), strict=True)
-        now = tuple(_undone(log, float(delay.sum()), of_log) for log, of_log in each)
+        now = tuple(undone(log, float(delay.sum()), of_log) for log, of_log in each)
         rows = _rows(evaluator, now)
         std = np.sqrt(np.diag(bread))[: len(errors)]
         if (np.abs(moved) < _SETTLED * std).all():
             break
     last = replace(rows, y=rows.y - rows.W @ X).with_regressor(W)
     covariance = _covariance(evaluator, now, last, weights, bread)
+    held = bread[:, : len(errors)] / sizes  # by the prior
+    covariance = covariance + held @ held.T
     of_errors, across = np.hsplit(covariance[: len(errors)], [len(errors)])
     spread = across.T @ np.linalg.solve(of_errors, across)
     std = np.sqrt(np.diag(of_errors))
@@ -215,12 +232,6 @@ def _rows(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> Rows:
     return join([torque_equations(evaluator, log) for log in logs])
 
 
-def _undone(log: FilteredLog, delay: float, offsets: FloatArray) -> FilteredLog:
-    """Return a log without a delay and offsets (6,) of its IMU."""
-    samples = with_imu(log.samples, delay, offsets)
-    return replace(log, samples=samples, base=base_motion(samples, log.band))
-
-
 def _columns(
     evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, count: int
 ) -> FloatArray:
@@ -238,7 +249,12 @@ def _columns(
 
 
 def _of_log(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray:
-    """Return the derivatives of the torque by six offsets and the delay, (K, m, 7)."""
+    """Return the derivatives of the torque by six offsets and the delay, (K, m, 7).
+
+    They are zero in a log with a pose.
+    """
+    if not has_imu(log):
+        return np.zeros((len(log.kept), log.width, _SIX + 1))
     base = np.concatenate(log.base, axis=1)
     changes = [-_of_unit(log, k) for k in range(_SIX)]
     changes.append(np.gradient(base, log.step, axis=0))

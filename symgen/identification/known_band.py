@@ -82,8 +82,8 @@ def open_in_known_band(
 
 def without_offsets(campaign: Campaign, X: FloatArray) -> Campaign:
     """Remove the offsets of an IMU from logs whose model has known parameters X (p,)."""
-    if not all(map(has_imu, campaign.train)):
+    if not any(map(has_imu, campaign.train)):
         return campaign
     offsets = offsets_with_known(campaign.evaluator, campaign.train, X)
     repairs = (*campaign.repairs, *offsets.repairs)
-    return replace(campaign, train=offsets.logs, repairs=repairs)
+    return replace(campaign, train=offsets.logs, repairs=repairs, imu=offsets)

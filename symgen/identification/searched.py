@@ -13,7 +13,7 @@ from symgen.hypotheses.ask import Answer, ask
 from symgen.hypotheses.changes import Changed
 from symgen.hypotheses.event import Contact
 from symgen.identification.campaign import Campaign
-from symgen.identification.imu import has_imu, imu_errors, offsets_with_known
+from symgen.identification.imu import has_imu, imu_errors, offsets_with_known, undone
 from symgen.identification.proportional import proportional_joints
 
 #: Kind of the reason that a channel must be recorded again.
@@ -67,18 +67,24 @@ def searched(campaign: Campaign, least: float) -> Campaign:
 def without_imu_errors(campaign: Campaign) -> Campaign:
     """Estimate the errors of the IMU in all logs in memory, and remove them.
 
-    Those of the training logs are estimated together with the parameters, and those of the
-    validation logs with the parameters and the delay of the training logs.
+    Those of the training logs are estimated together with the parameters. Validation logs have the
+    delay of the training logs and separate offsets, for these parameters. The ends of training logs
+    have the offsets of these.
     """
-    if campaign.long is not None or not all(has_imu(log) for log in campaign.logs):
+    if campaign.long is not None or not any(map(has_imu, campaign.logs)):
         return campaign
     campaign.progress("estimating the offsets and the delay of the IMU")
-    of_train = imu_errors(campaign.evaluator, campaign.train)
-    X, delay = of_train.X, of_train.certain_delay
-    of_held = offsets_with_known(campaign.evaluator, campaign.held, X, delay)
-    repairs = (*campaign.repairs, *of_train.repairs, *of_held.repairs)
-    train, held = of_train.logs, of_held.logs
-    return replace(campaign, train=train, held=held, repairs=repairs, imu=of_train)
+    found = imu_errors(campaign.evaluator, campaign.train)
+    repairs = [*campaign.repairs, *found.repairs]
+    if campaign.has_validation:
+        X, delay = found.X, found.certain_delay
+        of_held = offsets_with_known(campaign.evaluator, campaign.held, X, delay)
+        held, more = of_held.logs, of_held.repairs
+        repairs += more
+    else:
+        ends = zip(campaign.held, found.offsets, strict=True)
+        held = tuple(undone(log, found.delay, offsets) for log, offsets in ends)
+    return replace(campaign, train=found.logs, held=held, repairs=tuple(repairs), imu=found)
 
 
 def _without(campaign: Campaign, contacts: Sequence[Contact]) -> Campaign:

@@ -174,11 +174,12 @@ def _not_possible(near: Possible) -> Reason:
 def _missing(near: Possible, free: Residual, bounded: Residual, robot: Robot) -> Reason:
     """Return the reason that the nearest possible robot predicts worse than least squares."""
     rise = np.array(bounded.per_joint) - np.array(free.per_joint)
-    joints = np.flatnonzero(rise > min(LEAST, rise.max()) * (1 - 1e-9))
+    joints = np.flatnonzero(rise > min(LEAST, rise.max(initial=0.0)) * (1 - 1e-9))
+    at = f", at {robot.listed(joints)}" if robot.n else ""
     limit = largest_error(free.relative)
     text = (
         f"{near.fault}; the nearest possible robot raises the torque error on held-out folds from "
-        f"{percent(free.relative)} to {percent(bounded.relative)}, at {robot.listed(joints)}: "
+        f"{percent(free.relative)} to {percent(bounded.relative)}{at}: "
         f"{_MISSING if robot.floating else _DIAGNOSE}"
     )
     numbers = tuple(robot.movable[j].number for j in joints)

@@ -187,6 +187,8 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
             robot.frame(frame)
     if robot.mount is not None and not robot.imu:
         raise RobotError("base: accepted: with base = 'imu' or 'floating' in [robot]")
+    if any(contact.radius and contact.kind != "point" for contact in robot.contacts):
+        raise RobotError("contact, key 'radius': accepted: with kind = 'point'")
     if robot.contacts and not robot.floating:
         raise RobotError("contact: accepted: with base = 'floating' in [robot]")
     return robot

@@ -214,6 +214,7 @@ def test_the_page_shows_the_equations_of_the_base(walks, tmp_path: Path) -> None
     assert again.torque_validation == walks[2].torque_validation
 
 
+@pytest.mark.slow
 def test_a_csv_holds_wrenches_of_frames(walks, tmp_path: Path) -> None:
     log, robot = walks[0], walker().robot
     table = columns(log)
@@ -238,6 +239,7 @@ def pose_of(motion: Motion) -> np.ndarray:
     return noisy(8, pose, 1e-6)
 
 
+@pytest.mark.slow
 def test_a_long_npz_is_read_in_segments(walks, tmp_path: Path, monkeypatch) -> None:
     log, robot = posed(), walker().robot
     table = columns(replace(log, imu=walks[0].imu))
@@ -313,6 +315,19 @@ def test_offsets_and_delay_of_an_imu_are_estimated_and_removed(walks, tmp_path: 
     symgen.write(estimate, tmp_path / "id")
     predicted = symgen.predict(robot, held, tmp_path / "id")
     assert predicted.error.relative == pytest.approx(estimate.torque_validation.relative, rel=1e-3)
+
+
+def test_a_log_with_a_pose_is_used_with_one_of_an_imu(walks) -> None:
+    errors = np.array([0.06, -0.05, 0.04, 0.004, -0.005, 0.006])
+    logs = [posed(), off_imu(walks[1], errors, 1.5e-3)]
+    estimate = symgen.identify(walker().robot, logs, method="wls", cutoff=14)
+    assert np.abs(walker().off(estimate)).max() < 4
+
+
+def test_a_radius_belongs_to_a_point() -> None:
+    tables = FRAMES + '[[contact]]\nframe = "left"\nkind = "surface"\nradius = 0.02\n'
+    with pytest.raises(symgen.SymgenError, match=r"radius.+kind = 'point'"):
+        parsed(text_of(walker().body.arm, tables))
 
 
 def test_flight_gives_parameters_from_the_torques_of_the_joints() -> None:
@@ -405,6 +420,7 @@ def rolled(seconds: float, *, posed: bool) -> tuple[symgen.Robot, symgen.Log]:
     return replace(crawler().robot, contacts=contacts), log
 
 
+@pytest.mark.slow
 def test_the_force_on_a_round_foot_acts_below_its_centre() -> None:
     estimate = symgen.identify(*rolled(12.0, posed=True), method="wls", cutoff=14)
     assert np.abs(crawler().off(estimate)).max() < 4.5

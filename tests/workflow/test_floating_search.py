@@ -165,6 +165,7 @@ def dragged(seed: int) -> symgen.Log:
     return log_of(motion, tau[:, 6:], seed, imu=imu_of(motion, seed), **more)
 
 
+@pytest.mark.slow
 def test_a_contact_that_slips_does_no_harm() -> None:
     estimate = symgen.identify(crawler().robot, dragged(1), method="wls", cutoff=14)
     assert estimate.verdict == "trusted"
