@@ -41,11 +41,15 @@ class Gap:
     """RMS of measured minus modelled torque, divided by the RMS of measured torque.
 
     This is the torque error of `identify`, in the comparison band, per joint and over all joints
-    stacked.
+    stacked. On a floating base, the total is the largest of those of forces, moments and joints;
+    None for other bases.
     """
 
     per_joint: tuple[SizeOrNan, ...]
     total: SizeOrNan
+    base_force: Annotated[SizeOrNan | None, OPTIONAL] = None
+    base_moment: Annotated[SizeOrNan | None, OPTIONAL] = None
+    joints: Annotated[SizeOrNan | None, OPTIONAL] = None
 
 
 @dataclass(frozen=True)

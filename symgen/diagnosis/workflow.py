@@ -75,7 +75,7 @@ from symgen.policy import CHIEFLY, LEAST, MISFIT, WORTH
 from symgen.robot.effect import RECORDER, definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import Robot, require_base
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load_model
 
 _LISTED = 12  # largest number of listed rejected candidates
@@ -129,7 +129,6 @@ def diagnose(
         IdentificationError: the logs do not determine the parameters.
     """
     source = read_robot(robot)
-    require_base(source, "diagnose", "symgen identify, or base = 'fixed' or 'imu'")
     library = dict.fromkeys((*definitions(), *(s.effect.name for s in source.sought)))
     unknown = [name for name in effects or () if name not in library]
     if unknown:
@@ -563,9 +562,9 @@ def _recorder_is_chief(adopted: Adopted, clipped: float) -> bool:
     if not faults and not clipped:
         return False
     others = [x for x in result.items if x not in faults]
-    sigma = result.problem.robot.sigma
+    kinds = result.problem.robot.kinds
     first, without, last = (
-        relative_error(*held_squares(result, items), sigma).relative ** 2
+        relative_error(*held_squares(result, items), kinds).relative ** 2
         for items in ([], others, result.items)
     )
     masked = last * clipped / max(1 - clipped, TINY)
