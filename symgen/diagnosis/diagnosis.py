@@ -51,6 +51,12 @@ class Gap:
     base_moment: Annotated[SizeOrNan | None, OPTIONAL] = None
     joints: Annotated[SizeOrNan | None, OPTIONAL] = None
 
+    @property
+    def parts(self) -> tuple[float, ...]:
+        """Those of the joints, then those of the forces and of the moments on a floating base."""
+        of_base = (x for x in (self.base_force, self.base_moment) if x is not None)
+        return (*self.per_joint, *of_base)
+
 
 @dataclass(frozen=True)
 class Gaps:

@@ -41,13 +41,12 @@ def validation_curves(
     for recorded, log, before, after in zip(*logs, *torques, strict=True):
         motion = log.t, log.q, log.qd, log.qdd
         t, q, qd, qdd = (x[log.kept] for x in motion)
-        every = log.unmasked.measured, before, after
-        both = _residual(recorded, before), _residual(log, after)
-        of_joints = slice(log.base_rows, None)
-        residuals = both[0][:, of_joints], both[1][:, of_joints]
-        curves.append(
-            Curves(log.name, t, q, qd, qdd, *(x[:, of_joints] for x in every), residuals)
-        )
+        residuals = _residual(recorded, before), _residual(log, after)
+        torques_of = log.unmasked.measured, before, after, *residuals
+        first = log.base_rows
+        measured, before, after, *residual = (x[:, first:] for x in torques_of)
+        both = residual[0], residual[1]
+        curves.append(Curves(log.name, t, q, qd, qdd, measured, before, after, both))
     return tuple(curves)
 
 
