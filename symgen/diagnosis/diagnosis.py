@@ -41,8 +41,13 @@ class Gap:
     """RMS of measured minus modelled torque, divided by the RMS of measured torque.
 
     This is the torque error of `identify`, in the comparison band, per joint and over all joints
-    stacked. On a floating base, the total is the largest of those of forces, moments and joints;
-    None for other bases.
+    stacked.
+
+    Attributes:
+        per_joint: of each joint.
+        total: over all joints; on a floating base, the largest of the three below.
+        base_force, base_moment, joints: of the forces on a floating base, of the moments on it, and
+            of the joints; None for other bases.
     """
 
     per_joint: tuple[SizeOrNan, ...]
