@@ -16,6 +16,7 @@ from support import parsed
 
 import symgen
 from symgen import cli
+from symgen.report.store import load_result
 
 pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
 from oracles.legged import Motion, base_waves, table, text_of, times
@@ -141,7 +142,7 @@ def test_a_foot_that_touches_without_its_flag_is_a_repair() -> None:
     (repair,) = diagnosis.repairs
     assert "foot3.contact is 0" in repair.why
     assert repair.done == "set to 1"
-    assert diagnosis.verdict == "consistent"
+    assert adopted(diagnosis) == []
     require_promise(log, diagnosis)
 
 
@@ -189,7 +190,7 @@ def test_the_printed_line_delivers_what_is_promised(commands: Run) -> None:
     assert commands.predicted == pytest.approx(commands.said["after"], rel=DIGITS)
     page = Path("why/report.html").read_text("utf-8")
     assert "base force" in page
-    again = symgen.read_diagnosis("why")
+    again = load_result("why")
     gap = again.moving.after
     assert gap.total == max(gap.base_force, gap.base_moment, gap.joints)
 
