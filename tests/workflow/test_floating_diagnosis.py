@@ -25,7 +25,6 @@ from workflow.test_floating_logs import (
     FRAMES,
     IMU,
     columns,
-    crawler,
     flown,
     log_of,
     noisy,
@@ -36,10 +35,8 @@ from workflow.test_floating_logs import (
 from workflow.test_floating_search import (
     LATE,
     Fault,
-    crawl_of,
     delayed,
     logs,
-    lost,
     rubbed,
     sprung,
     turned,
@@ -132,17 +129,6 @@ def test_nothing_is_named_on_a_clean_log_with_hidden_forces() -> None:
     _, diagnosis = diagnosed("hidden", as_recorded)
     assert diagnosis.verdict == "consistent"
     assert adopted(diagnosis) == []
-
-
-@pytest.mark.slow
-def test_a_foot_that_touches_without_its_flag_is_a_repair() -> None:
-    log = crawl_of(lost)
-    diagnosis = symgen.diagnose(crawler().robot, log, cutoff=CUTOFF)
-    (repair,) = diagnosis.repairs
-    assert "foot3.contact is 0" in repair.why
-    assert repair.done == "set to 1"
-    assert adopted(diagnosis) == []
-    require_promise(log, diagnosis)
 
 
 @pytest.mark.slow
