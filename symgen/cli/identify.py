@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -90,15 +91,19 @@ def identify(
                 said = f"no URDF is written: {error}"
         written = symgen.write(estimate, into, robot=source, more=urdf)
     trusted = print_result(estimate)
-    sound = estimate.uses is not None and estimate.uses.simulation.ok
+    simulated = estimate.uses is not None and estimate.uses.simulation.ok
+    sound = simulated or source.floating  # which is not simulated
+    residual = estimate.torque_validation
+    flies = residual is not None and math.isnan(residual.base_force or 0.0)
+    searched = source.n > 0 and not flies
     unclear = not (trusted and sound and estimate.unexplained is None)
     changed = any(reason.kind == CHANGED for reason in estimate.suspected)
     if model != "auto" and not trusted:
         say(f"try: {again(model='auto', into=f'{into}-auto')}")
-    elif changed and not source.floating:  # diagnose takes no floating base
+    elif changed and not source.floating:  # whose parameters diagnose does not fix
         since = {"logs": validation, "validation": (), "parameters": str(into)}
         say(f"try: {again('diagnose', into=f'{into}-why', **since)}")
-    elif unclear and not source.floating:
+    elif unclear and searched:
         say(f"try: {again('diagnose', into=f'{into}-why')}")
     elif trusted:
         exactly = ["--exact"] if exact else []

@@ -4,8 +4,8 @@
 
 An effect stays if its coefficients are together as far from zero as `BEYOND` deviations of one
 coefficient, if the validation error of a joint rises by what matters without it, if no joint's
-error rises by a quarter of that with it, and if the simulation gets no worse. The last fit is
-therefore the one that `identify` makes of the written robot file.
+error rises by a quarter of that with it, and if the simulation gets no worse. A base that moves is
+not simulated. The last fit is therefore the one that `identify` makes of the written robot file.
 """
 
 from __future__ import annotations
@@ -212,7 +212,9 @@ def _worse(first: Identified, last: Solved, least: float) -> str:
 
 
 def _position_errors(estimate: Estimate) -> dict[float, float]:
-    """Return the position error of the simulation after some times, by these in s."""
+    """Return the position error of the simulation after some times, by these in s; empty if the
+    base moves.
+    """
     if estimate.uses is None:
         return {}
     return {h.seconds: h.position_error for h in estimate.uses.simulation.horizons}

@@ -42,10 +42,25 @@ class Gap:
 
     This is the torque error of `identify`, in the comparison band, per joint and over all joints
     stacked.
+
+    Attributes:
+        per_joint: of each joint.
+        total: over all joints; on a floating base, the largest of the three below.
+        base_force, base_moment, joints: of the forces on a floating base, of the moments on it, and
+            of the joints; None for other bases.
     """
 
     per_joint: tuple[SizeOrNan, ...]
     total: SizeOrNan
+    base_force: Annotated[SizeOrNan | None, OPTIONAL] = None
+    base_moment: Annotated[SizeOrNan | None, OPTIONAL] = None
+    joints: Annotated[SizeOrNan | None, OPTIONAL] = None
+
+    @property
+    def parts(self) -> tuple[float, ...]:
+        """Those of the joints, then those of the forces and of the moments on a floating base."""
+        of_base = (x for x in (self.base_force, self.base_moment) if x is not None)
+        return (*self.per_joint, *of_base)
 
 
 @dataclass(frozen=True)

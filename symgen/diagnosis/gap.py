@@ -19,7 +19,8 @@ ANY = "all"
 
 def gap_of(residual: Residual) -> Gap:
     """Return a residual as a gap."""
-    return Gap(residual.per_joint or (), residual.relative)
+    of_kinds = residual.base_force, residual.base_moment, residual.joints
+    return Gap(residual.per_joint or (), residual.relative, *of_kinds)
 
 
 def moving_gap(torques: TorqueFit) -> Gap:
@@ -30,25 +31,27 @@ def moving_gap(torques: TorqueFit) -> Gap:
 def validation_curves(
     logs: Sequence[Sequence[FilteredLog]], torques: Sequence[Sequence[FloatArray]]
 ) -> tuple[Curves, ...]:
-    """Return measured and modelled torques, (K, n) each, of each validation log.
+    """Return measured and modelled torques of the joints, (K, n) each, of each validation log.
 
     Args:
         logs: the validation logs as the declared model sees them, and as the extended one does.
-        torques: torques of the declared and of the extended model along them.
+        torques: torques of the declared and of the extended model along them, (K, m) each.
     """
     curves = []
     for recorded, log, before, after in zip(*logs, *torques, strict=True):
         motion = log.t, log.q, log.qd, log.qdd
         t, q, qd, qdd = (x[log.kept] for x in motion)
         residuals = _residual(recorded, before), _residual(log, after)
-        curves.append(
-            Curves(log.name, t, q, qd, qdd, log.unmasked.measured, before, after, residuals)
-        )
+        torques_of = log.unmasked.measured, before, after, *residuals
+        first = log.base_rows
+        measured, before, after, *residual = (x[:, first:] for x in torques_of)
+        both = residual[0], residual[1]
+        curves.append(Curves(log.name, t, q, qd, qdd, measured, before, after, both))
     return tuple(curves)
 
 
 def _residual(log: FilteredLog, torque: FloatArray) -> FloatArray:
-    """Return measured minus modelled torque, (K, n); NaN at masked samples."""
+    """Return measured minus modelled torque, (K, m); NaN at masked samples."""
     return np.where(log.clear[log.kept], log.unmasked.measured - torque, np.nan)
 
 

@@ -24,8 +24,10 @@ TONES = {
 
 
 def on_joints(joints: Sequence[int], robot: Robot) -> str:
-    """Return "joint 2", "elbow (5) and wrist (6)", or "the whole arm"."""
-    return joints_in_words(joints, robot.labels) if joints else "the whole arm"
+    """Return "joint 2", "elbow (5) and wrist (6)", "the whole arm", or "the whole robot"."""
+    if not joints:
+        return "the whole robot" if robot.floating else "the whole arm"
+    return joints_in_words(joints, robot.labels)
 
 
 def placed(effect: FoundEffect, robot: Robot) -> str:

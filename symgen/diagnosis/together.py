@@ -16,7 +16,7 @@ from symgen.estimation.estimators import Wls
 from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import Solution
-from symgen.estimation.torque_error import TorqueFit, squares
+from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.confirm import settled
 from symgen.hypotheses.effects import Score
@@ -58,9 +58,12 @@ class Together:
     values: Mapping[Score, Coefficients]
 
     def torques(self, logs: Sequence[FilteredLog]) -> list[FloatArray]:
-        """Return the torque along some logs, in the band, (K, n)."""
+        """Return the torque along some logs, in the band, (K, m)."""
         out = []
         for log in logs:
+            if log.base_rows:
+                out.append(self._with_base(log))
+                continue
             torques = self.problem.torques_along(log, self.X)
             torque = torques.model
             for score, found in self.values.items():
@@ -69,9 +72,17 @@ class Together:
             out.append(log.unmasked.compared(torque))
         return out
 
+    def _with_base(self, log: FilteredLog) -> FloatArray:
+        """Return the torque of a floating base and its joints along a log, in the band, (K, m)."""
+        torque = modelled_torque(self.problem.evaluator, log.unmasked, self.X)
+        columns_of = self.problem.make_columns([log], self.X)
+        for score, found in self.values.items():
+            torque = torque + dense(columns_of(score.cause), torque.shape) @ found.values
+        return torque
+
 
 def compared(logs: Sequence[FilteredLog], torques: Sequence[FloatArray], robot: Robot) -> TorqueFit:
-    """Compare modelled torques (K, n) of some logs with the measured ones."""
+    """Compare modelled torques (K, m) of some logs with the measured ones."""
     out = TorqueFit.none(robot)
     for log, torque in zip(logs, torques, strict=True):
         out += squares(log.clear[log.kept], log.unmasked.measured, torque, log.resting)

@@ -16,7 +16,7 @@ import numpy as np
 
 from symgen.data.log import Log
 from symgen.data.long_logs import expanded, is_long
-from symgen.data.raw import Reading
+from symgen.data.raw import Reading, refuse
 from symgen.diagnosis.adoption import Adopted, adopt, declare
 from symgen.diagnosis.diagnosis import (
     Curves,
@@ -81,6 +81,7 @@ from symgen.runtime.evaluator import Evaluator, load_model
 _LISTED = 12  # largest number of listed rejected candidates
 _SATURATION = "saturation"
 _NO_BETTER = "the fit of identify without it has no larger torque error on the validation data"
+_UNSIMULATED = "a floating base is not simulated: torque errors alone decide on an effect"
 #: Kinds of suspicions and of physical reasons that count as reasons.
 _SERIOUS = (NO_ROBOT, EFFECT_MISSING, CHANGED)
 _MANY = 2  # number of effects above which they are first judged without another search
@@ -124,12 +125,14 @@ def diagnose(
         progress: called with a text about the current step.
 
     Raises:
-        LogError: symgen cannot read a log, or it belongs to another robot.
+        LogError: symgen cannot read a log, it belongs to another robot, or it is one of a flight.
         ParameterError: an effect does not exist, or the parameters do not belong to this robot.
+        RobotError: the base floats, and the parameters are fixed.
         IdentificationError: the logs do not determine the parameters.
     """
     source = read_robot(robot)
-    require_base(source, "diagnose", "symgen identify, or base = 'fixed' or 'imu'")
+    if parameters is not None:
+        require_base(source, "diagnose --parameters", "symgen diagnose without it")
     library = dict.fromkeys((*definitions(), *(s.effect.name for s in source.sought)))
     unknown = [name for name in effects or () if name not in library]
     if unknown:
@@ -137,6 +140,11 @@ def diagnose(
     sources = expanded(listed_logs(logs)), expanded(listed_logs(validation))
     require_logs(sources[0])
     case = _Case(robot, source, sources, reading, least, progress, parameters, cutoff)
+    if case.campaign.unsearched:
+        refuse(
+            f"robot {source.name!r}: diagnose takes neither flights nor a robot without joints",
+            "symgen identify, or logs with forces or contacts of a robot with joints",
+        )
     first = case.first if case.known is None else None
     found = _search(case, first, effects, misfit)
     if first is not None and first.estimate.has(NO_ROBOT) and not found[0].changes:
@@ -390,11 +398,15 @@ def _measured(
 
 
 def _contacts(first: Identified | None, adopted: Adopted) -> tuple[Contact, ...]:
-    """Return the contacts in training logs, and those in validation logs on the same joints."""
+    """Return the contacts in training logs, and those in validation logs on the same joints.
+
+    Those whose flag `identify` sets are repairs.
+    """
     result = adopted.result
     train = [*result.contacts]
     if first is not None:
-        train = [*first.campaign.answer.contacts, *train]
+        masked = [c for c in first.campaign.answer.contacts if not c.cause.frame]
+        train = [*masked, *train]
     joints = {contact.joints for contact in train}
     held = [contact for contact in result.held_contacts if contact.joints in joints]
     return (*train, *held)
@@ -539,7 +551,7 @@ def _verdict(
     clipped = sum(e.gap_reduction for e in effects if e.name == _SATURATION)
     if kinds & {BROKEN, NO_ROBOT} or _recorder_is_chief(adopted, clipped):
         return "bad-measurement"
-    explained = quiet(gaps.explained.per_joint, gaps.floor.per_joint, least)
+    explained = quiet(gaps.explained.parts, gaps.floor.parts, least)
     if gaps.corrected is None:
         explained = explained and EFFECT_MISSING not in kinds
     if not any(e.adopted for e in effects):
@@ -563,9 +575,9 @@ def _recorder_is_chief(adopted: Adopted, clipped: float) -> bool:
     if not faults and not clipped:
         return False
     others = [x for x in result.items if x not in faults]
-    sigma = result.problem.robot.sigma
+    kinds = result.problem.robot.kinds
     first, without, last = (
-        relative_error(*held_squares(result, items), sigma).relative ** 2
+        relative_error(*held_squares(result, items), kinds).relative ** 2
         for items in ([], others, result.items)
     )
     masked = last * clipped / max(1 - clipped, TINY)
@@ -593,6 +605,8 @@ def _notes(
         out.append(
             "no validation log is given: the torque error is that of the last fifth of each log"
         )
+    if source.floating:
+        out.append(_UNSIMULATED)
     if any(w.reason == REPEATED for w in adopted.weighed):
         out.append(f"{REPEATED}: record another motion (symgen excite plans one)")
     if first is not None and gaps.promised is not None:

@@ -191,11 +191,7 @@ def fitted(logs: Sequence[FilteredLog], rows: Rows) -> FittedRows:
 
 def rest_weights(rows: FittedRows) -> FloatArray:
     """Return the weights of rows (K, n) in which rests have the weight of `identify`."""
-    weights = []
-    for log in rows.logs:
-        rests = log.band.rests
-        weights.append(_moving(log, 1.0 if rests is None else rests.weight))
-    return np.concatenate(weights)
+    return np.concatenate([_moving(log, log.rest_weight(log.resting)) for log in rows.logs])
 
 
 def _solved(logs: Sequence[FilteredLog], rows: Rows, rests: float) -> FittedRows:
@@ -252,16 +248,16 @@ def _whitened(
     return FittedRows(**known, logs=tuple(logs), X=X, sigma=sigma, joints=tuple(joints))
 
 
-def _moving(log: FilteredLog, rests: float | Sequence[float]) -> FloatArray:
+def _moving(log: FilteredLog, rests: float | FloatArray) -> FloatArray:
     """Return the weights of rows (K, n): 1.0 in motion, 0.0 at reversals and where masked.
 
     Args:
         log: a log in the band of the run.
-        rests: weight of the rows that a rest of their joint affects, one or (n,).
+        rests: weight of the rows that a rest of their joint affects, one or (K, m).
     """
     speed, clear = np.abs(log.qd[log.kept]), log.clear[log.kept]
     moves = speed > _REVERSAL * rms(log.qd)
     moves = clear * np.pad(moves, ((0, 0), (log.base_rows, 0)), constant_values=True)
     if log.resting is None:
         return moves.astype(float)
-    return np.where(log.resting, clear * np.asarray(rests), moves)
+    return np.where(log.resting, clear * rests, moves)

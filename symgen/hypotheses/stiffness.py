@@ -56,7 +56,11 @@ def deflection(s: FilteredLog, j: int) -> FloatArray:
 
 
 def stiffnesses(evidence: FittedRows) -> list[Stiffness]:
-    """Return the stiffness of each joint that has a second encoder in all logs."""
+    """Return the stiffness of each joint that has a second encoder in all logs; none on a floating
+    base.
+    """
+    if evidence.logs[0].base_rows:
+        return []
     encoders = [log.samples.qs for log in evidence.logs]
     joints = []
     for j in range(evidence.logs[0].q.shape[1]):

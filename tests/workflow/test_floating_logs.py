@@ -655,9 +655,3 @@ def test_a_wrong_wrench_makes_the_estimate_doubtful(walks) -> None:
     estimate = symgen.identify(walker().robot, replace(log, forces=forces))
     assert estimate.verdict == "doubtful"
     assert "other forces act" in estimate.reasons[-1].text
-
-
-@pytest.mark.parametrize("command", [symgen.diagnose])
-def test_what_takes_no_floating_base_says_so(walks, command) -> None:
-    with pytest.raises(symgen.SymgenError, match=r"floating base; accepted: symgen identify"):
-        command(walker().robot, walks[0])

@@ -24,6 +24,7 @@ from symgen.report.content.parts import (
     Content,
     Section,
     Table,
+    base_rows,
     frames_section,
     notes_section,
     number,
@@ -148,6 +149,7 @@ def _gap_section(d: Diagnosis) -> Section:
     for joint, ratios in zip(d.joints, by_joint, strict=True):
         label, more = d.extended.labels[joint], told.get(joint, ("", ""))
         rows.append((label, *map(percent, ratios), *more))
+    rows = [(*row, "", "") for row in base_rows(errors)] + rows
     rows.append(("all", *_totals(gaps), "", ""))
     if gaps.before != d.before:
         whole = Gaps(d.before, d.after, d.floor)

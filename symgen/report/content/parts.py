@@ -17,6 +17,7 @@ from symgen.robot.types import HEADER
 
 if TYPE_CHECKING:
     from symgen.data.raw import FloatArray
+    from symgen.diagnosis.diagnosis import Gap
     from symgen.estimation.band import Band
     from symgen.estimation.playback import Horizon
     from symgen.estimation.values import Residual
@@ -251,7 +252,7 @@ def error_table(
     return Table(("joint", "RMS torque", "RMS error", *errors), rows)
 
 
-def base_rows(errors: Sequence[Residual]) -> list[tuple[str, ...]]:
+def base_rows(errors: Sequence[Residual | Gap]) -> list[tuple[str, ...]]:
     """Return the errors of force and moment on a floating base; nothing for other bases."""
     out = []
     for name, key in (("base force", "base_force"), ("base moment", "base_moment")):
