@@ -85,7 +85,7 @@ class Campaign:
         long: all of the logs, if they are long; else None.
         scales: scales of the drives that turned their inputs into torques; None for logs of
             torques.
-        imu: errors of the IMU that were removed from the training logs; None if none were.
+        imu: errors of the IMU that were removed from the training logs; None if not searched.
         progress: called with a text about the current step.
     """
 
@@ -120,7 +120,7 @@ class Campaign:
         drives = () if self.scales is None else self.scales.in_words
         unsearched = (_UNSEARCHED,) * self.unsearched
         moves = any(log.samples.imu is not None for log in self.logs)
-        offsets = (_OFFSETS,) if self.imu else (_KEPT,) * moves
+        offsets = (_KEPT,) * moves if self.imu is None else (_OFFSETS,) * self.imu.found
         return (*noted, *drives, *unsearched, *offsets, f"band: {self.band.in_words()}")
 
     @property

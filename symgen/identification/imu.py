@@ -5,17 +5,20 @@
 An offset of 0.05 m/s2 changes the mass of a robot by 0.5 %. Offsets, delay and parameters are
 therefore one problem of least squares. A Gauss-Newton step adds the columns d(torque)/d(OF, OW, DT)
 to the torque equations. A prior holds the errors at the size that such sensors have, so that they
-stay near zero where the logs do not show them. Each log has its offsets, because those of MEMS
-sensors differ from start to start. Those of other logs are fitted with known parameters.
+stay near zero where the logs do not show them, and they count as zero unless all of them together
+are beyond chance. Each log has its offsets, because those of MEMS sensors differ from start to
+start. Those of other logs are fitted with known parameters.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symgen.data.raw import read_only
 from symgen.estimation.covariance import robust_covariance
 from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog
@@ -49,7 +52,7 @@ _APART = 1e-3  # step of a difference of torques, in units of the errors
 
 @dataclass(frozen=True, eq=False)
 class ImuErrors:
-    """Errors of the IMU in some logs.
+    """Errors of the IMU in some logs; none if together they are not beyond chance.
 
     Attributes:
         logs: the logs without these errors.
@@ -66,6 +69,11 @@ class ImuErrors:
     std: FloatArray
     X: FloatArray
     spread: FloatArray
+
+    @property
+    def found(self) -> bool:
+        """Whether there are errors."""
+        return bool(self.offsets.any())
 
     @property
     def certain_delay(self) -> float:
@@ -155,11 +163,11 @@ def _fitted(
     now, rows = tuple(logs), _rows(evaluator, logs)
     parts = summaries(rows.parts)
     X = shortest_of(parts, shortest_weights(parts)) if known is None else known
-    shared = np.sqrt([part.correlation for part in parts])
+    first, shared = X, np.sqrt([part.correlation for part in parts])
     weights = residual_weights(parts, X) / shared
     sizes = np.tile(_SIZES, len(logs))
-    if known is None:
-        sizes = np.append(sizes, IMU_DELAY)
+    if known is None:  # late torques are not undone here, and are no delay of the IMU
+        sizes = np.append(sizes, [IMU_DELAY, IMU_DELAY])
     errors, free = np.zeros(len(sizes)), slice(0, len(X) if known is None else 0)
     offsets, delay = np.split(errors, [_SIX * len(logs)])
     for _ in range(_STEPS):
@@ -175,7 +183,7 @@ def _fitted(
         X = X + of_X if known is None else X
         offsets, delay = np.split(errors, [_SIX * len(logs)])
         each = zip(logs, offsets.reshape(-1, _SIX), strict=True)
-        now = tuple(undone(log, float(delay.sum()), of_log) for log, of_log in each)
+        now = tuple(undone(log, float(delay[:1].sum()), of_log) for log, of_log in each)
         rows = _rows(evaluator, now)
         std = np.sqrt(np.diag(bread))[: len(errors)]
         if (np.abs(moved) < _SETTLED * std).all():
@@ -186,8 +194,21 @@ def _fitted(
     covariance = covariance + held @ held.T
     of_errors, across = np.hsplit(covariance[: len(errors)], [len(errors)])
     spread = across.T @ np.linalg.solve(of_errors, across)
-    std = np.sqrt(np.diag(of_errors))
-    return ImuErrors(now, offsets.reshape(-1, _SIX), float(delay.sum()), std, X, spread)
+    count = len(errors) - len(delay) // 2  # of the IMU
+    of_imu = of_errors[:count, :count]
+    std = np.sqrt(np.diag(of_imu))
+    if _is_chance(errors[:count], of_imu):
+        none = np.zeros((len(logs), _SIX))
+        return ImuErrors(tuple(logs), none, 0.0, std, first, np.zeros_like(spread))
+    return ImuErrors(now, offsets.reshape(-1, _SIX), float(delay[:1].sum()), std, X, spread)
+
+
+def _is_chance(errors: FloatArray, covariance: FloatArray) -> bool:
+    """Whether errors together are as near to zero as one within BEYOND deviations."""
+    from scipy.stats import chi2
+
+    distance = errors @ np.linalg.solve(covariance, errors)
+    return bool(chi2.sf(distance, len(errors)) > math.erfc(BEYOND / math.sqrt(2)))
 
 
 def _solved(factor: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -243,18 +264,17 @@ def _columns(
         first = _SIX * k
         out[..., first : first + _SIX] = of_log[..., :_SIX]
         if count > _SIX * len(logs):
-            out[..., -1] = of_log[..., _SIX]
+            out[..., -2:] = of_log[..., _SIX:]
         parts.append(out)
     return np.concatenate(parts)
 
 
 def _of_log(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray:
-    """Return the derivatives of the torque by six offsets and the delay, (K, m, 7).
-
-    They are zero in a log with a pose.
+    """Return the derivatives of the torque by six offsets, the delay of the IMU and that of the
+    torques, (K, m, 8). They are zero in a log with a pose.
     """
     if not has_imu(log):
-        return np.zeros((len(log.kept), log.width, _SIX + 1))
+        return np.zeros((len(log.kept), log.width, _SIX + 2))
     base = np.concatenate(log.base, axis=1)
     changes = [-_of_unit(log, k) for k in range(_SIX)]
     changes.append(np.gradient(base, log.step, axis=0))
@@ -273,7 +293,10 @@ def _of_log(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray
             out.append((ahead - behind) / (2 * _APART))
         return np.stack(out, axis=-1)
 
-    return replace(nodes, motion=(*nodes.motion, change)).modelled(columns)
+    of_imu = replace(nodes, motion=(*nodes.motion, change)).modelled(columns)
+    slope = read_only(np.gradient(log.samples.tau, log.step, axis=0))
+    later = replace(log, samples=replace(log.samples, tau=slope, forces=None))
+    return np.concatenate([of_imu, -later.measured[..., None]], axis=2)
 
 
 def _three(base: FloatArray) -> list[FloatArray]:

@@ -37,7 +37,7 @@ def searched(campaign: Campaign, least: float) -> Campaign:
     broken = tuple(Reason(BROKEN, text=f.why) for f in every)
     if broken:
         return replace(campaign, answer=Answer(shown=broken))
-    campaign = without_imu_errors(campaign)
+    recorded, campaign = campaign, without_imu_errors(campaign)
     if campaign.unsearched:
         return campaign
     delays = tuple[Changed, ...]()
@@ -48,10 +48,11 @@ def searched(campaign: Campaign, least: float) -> Campaign:
             break
         delays += answer.delays
         contacts += answer.contacts
-        campaign = _without(_shifted(campaign, answer.delays), answer.contacts)
+        recorded = _without(_shifted(recorded, answer.delays), answer.contacts)
         longest = max((abs(item.cause.delay) for item in answer.delays), default=0.0)
-        if longest * campaign.band.comparison_hz * PER_PERIOD > 1:
-            campaign = campaign.in_new_band()
+        if longest * recorded.band.comparison_hz * PER_PERIOD > 1:
+            recorded = recorded.in_new_band()
+        campaign = without_imu_errors(recorded)
     answer = replace(answer, delays=delays, contacts=contacts)
     if delays or contacts:
         answer = replace(answer, found=None)
