@@ -52,7 +52,8 @@ _APART = 1e-3  # step of a difference of torques, in units of the errors
 
 @dataclass(frozen=True, eq=False)
 class ImuErrors:
-    """Errors of the IMU in some logs; none if together they are not beyond chance.
+    """Errors of the IMU in some logs: none if together they are not beyond chance, or if one is
+    larger than those of such sensors, because then something else is wrong.
 
     Attributes:
         logs: the logs without these errors.
@@ -197,7 +198,8 @@ def _fitted(
     count = len(errors) - len(delay) // 2  # of the IMU
     of_imu = of_errors[:count, :count]
     std = np.sqrt(np.diag(of_imu))
-    if _is_chance(errors[:count], of_imu):
+    possible = (np.abs(errors[:count]) <= BEYOND * sizes[:count]).all()
+    if not possible or _is_chance(errors[:count], of_imu):
         none = np.zeros((len(logs), _SIX))
         return ImuErrors(tuple(logs), none, 0.0, std, first, np.zeros_like(spread))
     return ImuErrors(now, offsets.reshape(-1, _SIX), float(delay[:1].sum()), std, X, spread)
