@@ -20,6 +20,7 @@ from symgen.codegen.model import Model
 from symgen.diagnosis.extend import corrected, extended, with_torques_scaled
 from symgen.diagnosis.together import Coefficients, Together, fit_together
 from symgen.errors import IdentificationError, RobotError
+from symgen.estimation.covariance import is_chance
 from symgen.estimation.solve import residual_weights, shortest, weighted_triangle
 from symgen.estimation.summary import summaries
 from symgen.estimation.torque_error import fit, percent
@@ -327,16 +328,9 @@ def _out_of_range(
 
 
 def _unknown(values: FloatArray, covariance: FloatArray) -> str:
-    """Return why the coefficients of an effect are not known, or "".
-
-    Wald's test: x' C^-1 x is as improbable for zero coefficients as BEYOND deviations of one.
-    """
-    from scipy.stats import chi2
-
+    """Return why the coefficients of an effect are not known, or ""."""
     if not np.isfinite(covariance).all():
         return ""  # the declared model absorbs a coefficient
-    statistic = float(values @ np.linalg.pinv(covariance, hermitian=True) @ values)
-    chance = math.erfc(BEYOND / math.sqrt(2))
-    if chi2.sf(statistic, len(values)) <= chance:
+    if not is_chance(values, covariance):
         return ""
     return f"its coefficients are not known: within {BEYOND:g} deviations, they are zero"

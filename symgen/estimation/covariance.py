@@ -9,6 +9,7 @@ neighbouring rows contains it. Its covariance is a separate term.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
@@ -17,6 +18,7 @@ from symgen.estimation.misfit import Products, covariances
 from symgen.estimation.summary import Summary, nonzero_columns
 from symgen.estimation.system import Equations
 from symgen.estimation.values import FloatArray
+from symgen.policy import BEYOND
 
 _SMALLEST = 1e-30  # variance, relative to the wanted one, that counts as zero
 
@@ -115,6 +117,17 @@ def sandwich(bread: FloatArray, meat: FloatArray, parts: Sequence[Summary]) -> F
     wider = 1 + (2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
     factor = wider**2 * m / max(m - len(bread), 1.0)
     return factor * (bread @ meat @ bread.T)
+
+
+def is_chance(values: FloatArray, covariance: FloatArray) -> bool:
+    """Whether values (k,) together are as near to zero as one within BEYOND deviations.
+
+    Wald's test of x' C^-1 x, with the covariance C (k, k).
+    """
+    from scipy.stats import chi2
+
+    statistic = float(values @ np.linalg.pinv(covariance, hermitian=True) @ values)
+    return bool(chi2.sf(statistic, len(values)) > math.erfc(BEYOND / math.sqrt(2)))
 
 
 def widened(covariance: FloatArray, least: FloatArray) -> FloatArray:

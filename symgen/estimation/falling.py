@@ -24,7 +24,7 @@ import numpy as np
 
 from symgen.errors import IdentificationError
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.floating import touching
+from symgen.estimation.floating import chained, touching
 from symgen.estimation.integrals import POINTS
 from symgen.estimation.values import FloatArray
 
@@ -76,10 +76,7 @@ def free_fall(log: FilteredLog) -> FreeFall:
     commutator = np.cross(w[:-1], w[1:])
     turns = np.diff(_integral(w, log.step), axis=0)
     turns += log.step**2 / 12 * commutator
-    rotation = np.empty((*w.shape, 3))
-    rotation[0] = np.eye(3)
-    for k, turn in enumerate(Rotation.from_rotvec(turns).as_matrix()):
-        rotation[k + 1] = rotation[k] @ turn
+    rotation = chained(Rotation.from_rotvec(np.vstack([np.zeros(3), turns]))).as_matrix()
     pulls = rotation @ force[:, :, None]
     return FreeFall(rotation, _integral(pulls[:, :, 0], log.step), w)
 

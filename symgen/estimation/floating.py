@@ -159,14 +159,14 @@ def upward(log: Log, robot: Robot) -> FloatArray:
         turned = np.asarray(turn(*robot.mount.rotation), dtype=np.float64)
         force, w = force @ turned.T, w @ turned.T
     step = float(np.median(np.diff(log.t)))
-    attitude = _chained(Rotation.from_rotvec(step * w))
+    attitude = chained(Rotation.from_rotvec(step * w))
     window = min(round(_SECONDS / step), len(w) // 2) // 2 * 2 + 1
     mean = savgol_filter(attitude.apply(force), window, 1, axis=0)
     up = mean / np.linalg.norm(mean, axis=1, keepdims=True)
     return np.asarray(attitude.inv().apply(up))
 
 
-def _chained(turns: Rotation) -> Rotation:
+def chained(turns: Rotation) -> Rotation:
     """Return the products of the first turns: of one, of two, and so on."""
     step = 1
     while step < len(turns):

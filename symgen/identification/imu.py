@@ -12,14 +12,13 @@ start. Those of other logs are fitted with known parameters.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symgen.data.raw import read_only
-from symgen.estimation.covariance import robust_covariance
+from symgen.estimation.covariance import is_chance, robust_covariance
 from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floating import base_motion
@@ -191,26 +190,18 @@ def _fitted(
             break
     last = replace(rows, y=rows.y - rows.W @ X).with_regressor(W)
     covariance = _covariance(evaluator, now, last, weights, bread)
-    held = bread[:, : len(errors)] / sizes  # by the prior
-    covariance = covariance + held @ held.T
+    of_prior = bread[:, : len(errors)] / sizes
+    covariance = covariance + of_prior @ of_prior.T
     of_errors, across = np.hsplit(covariance[: len(errors)], [len(errors)])
     spread = across.T @ np.linalg.solve(of_errors, across)
     count = len(errors) - len(delay) // 2  # of the IMU
     of_imu = of_errors[:count, :count]
     std = np.sqrt(np.diag(of_imu))
     possible = (np.abs(errors[:count]) <= BEYOND * sizes[:count]).all()
-    if not possible or _is_chance(errors[:count], of_imu):
+    if not possible or is_chance(errors[:count], of_imu):
         none = np.zeros((len(logs), _SIX))
         return ImuErrors(tuple(logs), none, 0.0, std, first, np.zeros_like(spread))
     return ImuErrors(now, offsets.reshape(-1, _SIX), float(delay[:1].sum()), std, X, spread)
-
-
-def _is_chance(errors: FloatArray, covariance: FloatArray) -> bool:
-    """Whether errors together are as near to zero as one within BEYOND deviations."""
-    from scipy.stats import chi2
-
-    distance = errors @ np.linalg.solve(covariance, errors)
-    return bool(chi2.sf(distance, len(errors)) > math.erfc(BEYOND / math.sqrt(2)))
 
 
 def _solved(factor: FloatArray) -> tuple[FloatArray, FloatArray]:

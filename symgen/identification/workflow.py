@@ -209,13 +209,13 @@ def identified(campaign: Campaign, settings: Settings) -> Identified:
     chosen = choose_model(campaign, settings.models, by, settings.motions, progress)
     with blame_motion(chosen.fault):
         result = _solve(chosen, by)
+    solution = result.settled.solution
     if campaign.scales is not None:
         names = campaign.evaluator.model.base.names
-        solution = campaign.scales.with_uncertainty(result.settled.solution, names)
-        result = replace(result, settled=replace(result.settled, solution=solution))
+        solution = campaign.scales.with_uncertainty(solution, names)
     if campaign.imu is not None:
-        solution = campaign.imu.with_uncertainty(result.settled.solution)
-        result = replace(result, settled=replace(result.settled, solution=solution))
+        solution = campaign.imu.with_uncertainty(solution)
+    result = replace(result, settled=replace(result.settled, solution=solution))
     progress("judging")
     estimate = assess(chosen, result, settings.accept, settings.least)
     return Identified(chosen, result, estimate)
