@@ -160,7 +160,10 @@ def _fitted(
         evaluator, logs: see `imu_errors`.
         known: (p,) parameters; None to solve for them, and for a delay.
     """
-    now, rows = tuple(logs), _rows(evaluator, logs)
+    # The torque and its slope do not depend on the IMU.
+    measured = [log.measured for log in logs]
+    slopes = [_slope(log) for log in logs]
+    now, rows = tuple(logs), _rows(evaluator, logs, measured)
     parts = summaries(rows.parts)
     X = shortest_of(parts, shortest_weights(parts)) if known is None else known
     first, shared = X, np.sqrt([part.correlation for part in parts])
@@ -171,7 +174,8 @@ def _fitted(
     errors, free = np.zeros(len(sizes)), slice(0, len(X) if known is None else 0)
     offsets, delay = np.split(errors, [_SIX * len(logs)])
     for _ in range(_STEPS):
-        W = np.concatenate([_columns(evaluator, now, X, len(errors)), rows.W[..., free]], axis=2)
+        derivatives = _columns(evaluator, now, X, slopes, len(errors))
+        W = np.concatenate([derivatives, rows.W[..., free]], axis=2)
         unexplained = replace(rows, y=rows.y - rows.W @ X).with_regressor(W)
         prior = np.zeros((len(errors), W.shape[2] + 1))
         prior[:, : len(errors)] = np.diag(1 / sizes)
@@ -184,7 +188,7 @@ def _fitted(
         offsets, delay = np.split(errors, [_SIX * len(logs)])
         each = zip(logs, offsets.reshape(-1, _SIX), strict=True)
         now = tuple(undone(log, float(delay[:1].sum()), of_log) for log, of_log in each)
-        rows = _rows(evaluator, now)
+        rows = _rows(evaluator, now, measured)
         std = np.sqrt(np.diag(bread))[: len(errors)]
         if (np.abs(moved) < _SETTLED * std).all():
             break
@@ -241,18 +245,32 @@ def _covariance(
     return noise + misfit
 
 
-def _rows(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> Rows:
-    """Return the torque equations of logs."""
-    return join([torque_equations(evaluator, log) for log in logs])
+def _rows(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], measured: Sequence[FloatArray]
+) -> Rows:
+    """Return the torque equations of logs with known `FilteredLog.measured`."""
+    pairs = zip(logs, measured, strict=True)
+    return join([torque_equations(evaluator, log, measured=y) for log, y in pairs])
+
+
+def _slope(log: FilteredLog) -> FloatArray:
+    """Return the derivative of the torque of the joints by time, in the band, (K, m)."""
+    slope = read_only(np.gradient(log.samples.tau, log.step, axis=0))
+    samples = replace(log.samples, tau=slope, forces=None)
+    return replace(log, samples=samples).measured
 
 
 def _columns(
-    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, count: int
+    evaluator: Evaluator,
+    logs: Sequence[FilteredLog],
+    X: FloatArray,
+    slopes: Sequence[FloatArray],
+    count: int,
 ) -> FloatArray:
     """Return the derivatives of the torque by all errors, (K, m, count)."""
     parts = []
-    for k, log in enumerate(logs):
-        of_log = _of_log(evaluator, log, X)
+    for k, (log, slope) in enumerate(zip(logs, slopes, strict=True)):
+        of_log = _of_log(evaluator, log, X, slope)
         out = np.zeros((*of_log.shape[:2], count))
         first = _SIX * k
         out[..., first : first + _SIX] = of_log[..., :_SIX]
@@ -262,9 +280,15 @@ def _columns(
     return np.concatenate(parts)
 
 
-def _of_log(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray:
+def _of_log(evaluator: Evaluator, log: FilteredLog, X: FloatArray, slope: FloatArray) -> FloatArray:
     """Return the derivatives of the torque by six offsets, the delay of the IMU and that of the
     torques, (K, m, 8). They are zero in a log with a pose.
+
+    Args:
+        evaluator: the compiled model.
+        log: the log.
+        X: (p,) parameters.
+        slope: `_slope` of the log.
     """
     if not has_imu(log):
         return np.zeros((len(log.kept), log.width, _SIX + 2))
@@ -287,9 +311,7 @@ def _of_log(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray
         return np.stack(out, axis=-1)
 
     of_imu = replace(nodes, motion=(*nodes.motion, change)).modelled(columns)
-    slope = read_only(np.gradient(log.samples.tau, log.step, axis=0))
-    later = replace(log, samples=replace(log.samples, tau=slope, forces=None))
-    return np.concatenate([of_imu, -later.measured[..., None]], axis=2)
+    return np.concatenate([of_imu, -slope[..., None]], axis=2)
 
 
 def _three(base: FloatArray) -> list[FloatArray]:
