@@ -23,16 +23,19 @@ from symgen.report.store import load_result
 
 pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
 from oracles.legged import Legged, Motion, base_waves, table, text_of, times
-from oracles.shaken import turned, waves
+from oracles.shaken import waves
 from workflow.test_floating_logs import (
+    DRONE,
     ENDS,
-    FORCE,
     FRAMES,
+    HULL,
     IMU,
+    drifting,
     flown,
     imu_of,
     log_of,
     noisy,
+    of_drone,
     posed,
     walk,
     walked,
@@ -42,8 +45,6 @@ from workflow.test_floating_logs import (
 WINDOW = 0.2
 MODELS = ("energy", "momentum")
 KERNELS = kernels_of(EquationModel(name, WINDOW) for name in MODELS)
-HULL = '[[frame]]\nname = "hull"\njoint = 0\n'
-DRONE = parsed(f'[robot]\nname = "drone"\nbase = "floating"\n{HULL}')
 #: Largest residual of clean rows, as a part of their size: that of integrals over steps of 4 ms.
 CLEAN = 1e-8
 
@@ -97,14 +98,6 @@ def clean_walk() -> symgen.Log:
 def test_rows_hold_with_wrenches_on_the_feet(model: str) -> None:
     rows, _ = clean_rows(walker().robot, clean_walk(), model)
     assert largest_errors(rows, walker().X).max() < CLEAN
-
-
-def of_drone(folder: Path, t: np.ndarray, imu: np.ndarray, wrench: np.ndarray) -> Path:
-    """Write the log of a robot without joints."""
-    heads = ["t", "fx", "fy", "fz", "wx", "wy", "wz", *(f"hull.{end}" for end in ENDS)]
-    rows = np.column_stack([t, imu, wrench])
-    np.savetxt(folder / "a.csv", rows, "%.17g", ",", header=",".join(heads), comments="")
-    return folder / "a.csv"
 
 
 def test_a_spinning_body_that_a_known_force_throws(tmp_path: Path) -> None:
@@ -242,28 +235,16 @@ def test_the_power_of_a_flight_shows_what_the_energy_model_does(joints: bool, ra
 
 
 def test_a_pose_stands_for_the_imu() -> None:
-    motion, tau, wrenches = walked(1)
-    quaternion, *_ = turned(motion.angles)
-    pose = np.hstack([motion.place[0], quaternion])
-    log = log_of(motion, tau, 1, pose=noisy(8, pose, 1e-6), forces=noisy(5, wrenches, FORCE))
     for model in MODELS:
-        found = symgen.identify(walker().robot, log, model=model, method="wls")
+        found = symgen.identify(walker().robot, posed(), model=model, method="wls")
         assert np.abs(walker().off(found)).max() < 4.5
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_drone_has_no_joints(tmp_path: Path, model: str) -> None:
-    t = times(16.0)
-    motion = Motion(t, *base_waves(t, 3), np.zeros((3, len(t), 0)))
-    f, w, wd = motion.base
-    mass, ms = 1.3, np.array([0.026, -0.013, 0.065])
-    inertia = np.array([[0.02, 0.001, 0], [0.001, 0.03, 0.002], [0, 0.002, 0.04]])
-    force = mass * f + np.cross(wd, ms) + np.cross(w, np.cross(w, ms))
-    moment = np.cross(ms, f) + wd @ inertia + np.cross(w, w @ inertia)
-    wrench = noisy(2, np.hstack([force, moment]), np.repeat([0.05, 0.005], 3))
-    log = of_drone(tmp_path, t, imu_of(motion, 1), wrench)
+    motion, wrench, true = drifting()
+    log = of_drone(tmp_path, motion.t, imu_of(motion, 1), wrench)
     estimate = symgen.identify(DRONE, log, model=model)
-    true = [*inertia[np.triu_indices(3)], *ms, mass]
     off = [(p.value - x) / p.std for p, x in zip(estimate.parameters, true, strict=True)]
     assert np.abs(off).max() < 4
 

@@ -621,7 +621,20 @@ def test_intervals_of_a_load_contain_it(alone, load: Load) -> None:
     assert np.mean(np.abs(off) < 1.96) >= 0.88
 
 
-def test_a_drone_has_no_joints(tmp_path: Path) -> None:
+HULL = '[[frame]]\nname = "hull"\njoint = 0\n'
+DRONE = parsed(f'[robot]\nname = "drone"\nbase = "floating"\n{HULL}')
+
+
+def of_drone(folder: Path, t: np.ndarray, imu: np.ndarray, wrench: np.ndarray) -> Path:
+    """Write the log of a robot without joints."""
+    heads = ["t", "fx", "fy", "fz", "wx", "wy", "wz", *(f"hull.{end}" for end in ENDS)]
+    rows = np.column_stack([t, imu, wrench])
+    np.savetxt(folder / "a.csv", rows, "%.17g", ",", header=",".join(heads), comments="")
+    return folder / "a.csv"
+
+
+def drifting() -> tuple[Motion, np.ndarray, list[float]]:
+    """The motion of a drone, the wrench on it, with noise, and its true parameters."""
     t = times(16.0)
     motion = Motion(t, *base_waves(t, 3), np.zeros((3, len(t), 0)))
     f, w, wd = motion.base
@@ -629,23 +642,19 @@ def test_a_drone_has_no_joints(tmp_path: Path) -> None:
     inertia = np.array([[0.02, 0.001, 0], [0.001, 0.03, 0.002], [0, 0.002, 0.04]])
     force = mass * f + np.cross(wd, ms) + np.cross(w, np.cross(w, ms))
     moment = np.cross(ms, f) + wd @ inertia + np.cross(w, w @ inertia)
-    imu = noisy(1, np.hstack([f, w]), IMU)
     wrench = noisy(2, np.hstack([force, moment]), np.repeat([0.05, 0.005], 3))
-    heads = ["t", "fx", "fy", "fz", "wx", "wy", "wz", *(f"hull.{end}" for end in ENDS)]
-    rows = np.column_stack([t, imu, wrench])
-    np.savetxt(tmp_path / "a.csv", rows, "%.9g", ",", header=",".join(heads), comments="")
-    hull = '[[frame]]\nname = "hull"\njoint = 0\n'
-    robot = parsed(f'[robot]\nname = "drone"\nbase = "floating"\n{hull}')
-    estimate = symgen.identify(robot, tmp_path / "a.csv")
+    return motion, wrench, [*inertia[np.triu_indices(3)], *ms, mass]
+
+
+def test_a_drone_has_no_joints(tmp_path: Path) -> None:
+    motion, wrench, true = drifting()
+    log = of_drone(tmp_path, motion.t, imu_of(motion, 1), wrench)
+    estimate = symgen.identify(DRONE, log)
     assert estimate.verdict == "trusted"
-    entries = inertia[np.triu_indices(3)]
-    off = [
-        (p.value - x) / p.std
-        for p, x in zip(estimate.parameters, [*entries, *ms, mass], strict=True)
-    ]
+    off = [(p.value - x) / p.std for p, x in zip(estimate.parameters, true, strict=True)]
     assert np.abs(off).max() < 4
     symgen.write(estimate, tmp_path / "id")
-    found = symgen.predict(robot, tmp_path / "a.csv", tmp_path / "id")
+    found = symgen.predict(DRONE, log, tmp_path / "id")
     assert found.error.base_moment < 0.02
 
 
