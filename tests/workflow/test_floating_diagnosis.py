@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import io
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import redirect_stdout
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -15,7 +12,6 @@ import pytest
 from support import parsed
 
 import symgen
-from symgen import cli
 from symgen.report.store import load_result
 
 pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
@@ -41,7 +37,7 @@ from workflow.test_floating_search import (
     sprung,
     turned,
 )
-from workflow.test_promise import DIGITS, Run, attempt
+from workflow.test_promise import DIGITS, Run, attempt, commands_in
 
 CUTOFF = 14.0
 
@@ -152,17 +148,7 @@ def commands(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Run]:
         table = columns(replace(log, tau=sprung(log)))
         head, rows = ",".join(table), np.column_stack([*table.values()])
         np.savetxt(folder / f"{name}.csv", rows, "%.17g", ",", header=head, comments="")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-
-        def call(words: Sequence[str]) -> tuple[int, str]:
-            patch.setattr(sys, "argv", ["symgen", *words])
-            out = io.StringIO()
-            with redirect_stdout(out), pytest.raises(SystemExit) as caught:
-                cli.main()
-            assert caught.value.code in (0, 1), out.getvalue()
-            return int(caught.value.code), out.getvalue()
-
+    with commands_in(folder) as call:
         yield attempt(call, folder, ["robot.toml", "train.csv", "--validation", "test.csv"])
 
 

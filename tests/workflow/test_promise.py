@@ -14,7 +14,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import redirect_stdout
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -162,6 +162,23 @@ TORQUES: dict[str, Callable[[Row], np.ndarray]] = {
 }
 
 
+@contextmanager
+def commands_in(folder: Path) -> Iterator[Callable[[Sequence[str]], tuple[int, str]]]:
+    """Give a function that runs a command in a folder; it returns exit code and output."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+
+        def call(words: Sequence[str]) -> tuple[int, str]:
+            patch.setattr(sys, "argv", ["symgen", *words])
+            out = io.StringIO()
+            with redirect_stdout(out), pytest.raises(SystemExit) as caught:
+                cli.main()
+            assert caught.value.code in (0, 1), out.getvalue()
+            return int(caught.value.code), out.getvalue()
+
+        yield call
+
+
 @pytest.fixture(scope="module")
 def arm(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Run]:
     """Run the commands in this process, in a folder of their own, on the logs of the arm."""
@@ -174,17 +191,7 @@ def arm(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
         t, q, tau, qd = HANGING.recorded(t, motion, rng)
         log = {"t": t, "q": q, "tau": tau, "qd": qd}
         np.savez(folder / f"{name}.npz", **log | {"tau": TORQUES[request.param](log)})
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-
-        def call(words: Sequence[str]) -> tuple[int, str]:
-            patch.setattr(sys, "argv", ["symgen", *words])
-            out = io.StringIO()
-            with redirect_stdout(out), pytest.raises(SystemExit) as caught:
-                cli.main()
-            assert caught.value.code in (0, 1), out.getvalue()
-            return int(caught.value.code), out.getvalue()
-
+    with commands_in(folder) as call:
         yield attempt(call, folder, WORDS)
 
 
